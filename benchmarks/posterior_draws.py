@@ -25,10 +25,10 @@ from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.estimate import estimate
+from sssi_exudyn.fitting.evidence import uncertain
 from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.linearised_run import moved_point, point_at
-from sssi_exudyn.fitting.noise import precision
-from sssi_exudyn.fitting.posterior import Posterior, linear_run
+from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
 
@@ -47,8 +47,8 @@ class Draws:
         setting = posterior.setting
         self.posterior = posterior
         self.point = point_at(setting, posterior.model, posterior.sizes, posterior.beyond)
-        _, self.columns = linear_run(posterior).whitened(posterior.levels)
-        self.factor = precision(self.columns)
+        known = uncertain(posterior.linear, posterior.levels)
+        self.columns, self.factor = known.columns, known.factor
         self.count = len(setting.unknowns)
         self.begin = np.concatenate([(posterior.values - setting.means) / setting.sigmas, posterior.sizes])
 

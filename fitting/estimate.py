@@ -16,9 +16,9 @@ from sssi_exudyn.core.number_ref import VELOCITY_F, VELOCITY_L, NumberRef
 from sssi_exudyn.fitting.first_fit import Fitted, Progress, fit, with_surface
 from sssi_exudyn.fitting.linearised_run import Setting
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
-from sssi_exudyn.fitting.observation import observation_of
-from sssi_exudyn.fitting.parameters import Unknown, posture_errors, unknown_numbers, with_instruments
-from sssi_exudyn.fitting.posterior import Posterior, find_posterior, log_evidence
+from sssi_exudyn.fitting.observations import observation_of
+from sssi_exudyn.fitting.parameters import Parameter, posture_errors, unknown_numbers, with_instruments
+from sssi_exudyn.fitting.posterior import Posterior, find_posterior
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess
 from sssi_exudyn.model.from_recording import VELOCITY_SIGMA
 from sssi_exudyn.model.model import Model
@@ -100,7 +100,7 @@ def estimate(
             say(None, f"start {i} of {len(others) + 1}: coarse fixes leave the velocity there open")
             try:
                 found = fit(other, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
-                known = max(known, roughly(_on_process(found.model, process)), key=log_evidence)
+                known = max(known, roughly(_on_process(found.model, process)), key=lambda each: each.log_evidence)
             except SimulationDiverged:
                 continue
         model = replace(known.model, heading=heading)
@@ -117,7 +117,7 @@ def estimate(
         values=posterior.values,
         covariance=posterior.covariance,
         residual=np.stack([x, y], axis=1),
-        noise=posterior.levels["x"],
+        noise=posterior.levels.gps,
         optimum=posterior.optimum,
         wall=clock.perf_counter() - begin,
     )
@@ -201,7 +201,7 @@ def setting_of(
     return model, Setting(
         motion=motion,
         seen=observation_of(recording, model, motion, problem.counts, balanced=balanced, heights=heights),
-        unknowns=tuple(Unknown(names, prior) for names, prior in {**usual, **(more or {})}.items()),
+        unknowns=tuple(Parameter(names, prior) for names, prior in {**usual, **(more or {})}.items()),
         errors=posture_errors(about, motion.start, motion.stop),
         mass=(recording.skier.mass, about.mass),
     )

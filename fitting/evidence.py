@@ -11,84 +11,39 @@ Source: Rasmussen and Williams 2006, ch. 2 and 5; MacKay 2003, ch. 28.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
+from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import Bounds, minimize
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise, uneven_covariance
+from sssi_exudyn.core.noise import Scale, uneven_covariance
 from sssi_exudyn.fitting.autocorrelated_noise import log_divisors, whiten, whiten_with_slope
-from sssi_exudyn.fitting.noise import precision
-from sssi_exudyn.fitting.observations import Measurements, height_noise
-from sssi_exudyn.terrain.from_heights import AMPLITUDE
-
-_LOAD_SHARE: Final = 0.03
-_DIFFERENCE_SHARE: Final = 0.05
-"""Noise of the insoles' total and difference, as shares of the mean total, before the data speak."""
-
-
-_NOISE_OF: Final = {"x": 0, "y": 0, "height": 1, "load": 2, "difference": 3}
-"""Which of the noises each block of the measurements has, in the order of ``NoiseLevels``."""
-
-
-@dataclass(frozen=True)
-class NoiseLevels:
-    """Noise of every instrument: standard deviations and correlation times (s); and by how many times the errors of the
-    posture and the waves of the snow surface are larger than usual ones.
-    """
-
-    gps: ExponentialNoise
-    height: ExponentialNoise
-    load: ExponentialNoise
-    difference: ExponentialNoise
-    posture: float
-    surface: float
-
-    def of(self, block: str) -> ExponentialNoise:
-        """Of a block of the measurements."""
-        return (self.gps, self.height, self.load, self.difference)[_NOISE_OF[block]]
-
-    @property
-    def vector(self) -> Array:
-        """Logarithms of all numbers that are sought."""
-        noises = (self.gps, self.height, self.load, self.difference)
-        return np.log([*(x for n in noises for x in (n.sigma, n.correlation_time)), self.posture, self.surface])
-
-    @staticmethod
-    def from_vector(logs: Array) -> NoiseLevels:
-        """The levels of such a vector."""
-        values = [float(x) for x in np.exp(logs)]
-        pairs = [ExponentialNoise(*values[i : i + 2]) for i in range(0, 8, 2)]
-        return NoiseLevels(pairs[0], pairs[1], pairs[2], pairs[3], values[8], values[9])
-
-
-_SPREAD: Final = np.array([0.35, 0.35, 0.45, 0.5, 0.5, 0.5, 0.5, 0.5, 0.35, AMPLITUDE[1]])
-"""Standard deviations of the logarithms: within a factor of 2 for GPS in two of three recordings."""
-
+from sssi_exudyn.fitting.noise import BLOCKS_OF, LevelPrior, NoiseLevels, level_priors, log_prior
+from sssi_exudyn.fitting.observations import Measurements
 
 _UNSEEN: Final = 0.02
 """Standard deviations of all noise together below which a direction of the posture's errors is left out."""
-_FARTHEST: Final = 3.0
-"""Standard deviations from the usual within which a noise level is sought."""
+_ROUNDS: Final = 40
+_TOLERANCE: Final = 1e-7
+"""Iterations and relative change of the log evidence that end a search of noise levels."""
 
 
-def usual_levels(measurements: Measurements) -> NoiseLevels:
-    """What instruments of the stated quality usually show."""
-    sigma = measurements.gps_sigma
-    load = max(float(measurements.loads.sum(axis=1).mean()) if len(measurements.loads) else 0.0, 1.0)
-    return NoiseLevels(
-        gps=ExponentialNoise(1.1 * sigma, 2.5),
-        height=height_noise(measurements),
-        load=ExponentialNoise(_LOAD_SHARE * load, 0.05),
-        difference=ExponentialNoise(_DIFFERENCE_SHARE * load, 0.3),
-        posture=1.0,
-        surface=1.0,
-    )
+class Measured(Protocol):
+    """Measurements in blocks of one vector, each block with the noise of its instrument."""
+
+    @property
+    def blocks(self) -> Mapping[str, slice]: ...
+    @property
+    def scale(self) -> Scale: ...
+    @property
+    def usual(self) -> NoiseLevels: ...
+    def time_of(self, block: str) -> Array: ...
 
 
 @dataclass(frozen=True)
@@ -104,14 +59,14 @@ class Freedom:
 
 
 @dataclass(frozen=True)
-class LinearModel:
+class LinearProblem:
     """Measurements less prediction, and the linear responses to all that may vary.
 
     residual : (N,) as if every amplitude stood at its mean;  free : parameters of the fit, instruments and skier
     posture : (N, c) errors of the posture, each for a usual one;  surface : (N, s) waves of the snow, likewise
     """
 
-    measurements: Measurements
+    measurements: Measured
     residual: Array
     free: Freedom
     posture: Array
@@ -123,25 +78,32 @@ class LinearModel:
         return self.free.with_more(np.hstack([self.posture, self.surface]), np.concatenate(sizes))
 
 
+@dataclass(frozen=True)
+class LinearModel(LinearProblem):
+    """The linear problem of what hypotheses are compared by."""
+
+    measurements: Measurements
+
+
 def whiten_columns(
-    linear: LinearModel, levels: NoiseLevels, columns: Array, rows: Mapping[str, NDArray[np.bool_]] | None = None
+    linear: LinearProblem, levels: NoiseLevels, columns: Array, rows: Mapping[str, NDArray[np.bool_]] | None = None
 ) -> Array:
-    """Columns (N, c) as they are in units of independent noise; of some ``rows`` by block alone where these are
-    given.
-    """
+    """Return columns (N, c) in units of independent noise; of some ``rows`` by block alone where these are given."""
     measurements = linear.measurements
-    found = []
+    parts = []
     for name, place in measurements.blocks.items():
         time, block, scale = measurements.time_of(name), columns[place], measurements.scale[place]
         if rows is not None:
             time, block, scale = time[rows[name]], block[rows[name]], scale[rows[name]]
-        found.append(whiten(time, block, levels.of(name), scale) if len(time) else block)
-    return np.concatenate(found)
+        parts.append(whiten(time, block, levels.of(name), scale) if len(time) else block)
+    return np.concatenate(parts)
 
 
-def log_volume(linear: LinearModel, levels: NoiseLevels) -> float:
-    """Σ log of the whitening's divisors: what turns a density of whitened numbers into one of the measured ones."""
-    total = 0.0
+def log_volume(linear: LinearProblem, levels: NoiseLevels) -> float:
+    """Return Σ log of the whitening's divisors and N/2 log 2π: what turns the exponent of a density of whitened numbers
+    into the log density of the measured ones.
+    """
+    total = 0.5 * len(linear.residual) * float(np.log(2.0 * np.pi))
     for name, place in linear.measurements.blocks.items():
         if place.stop > place.start:
             time, scale = linear.measurements.time_of(name), linear.measurements.scale[place]
@@ -149,21 +111,22 @@ def log_volume(linear: LinearModel, levels: NoiseLevels) -> float:
     return total
 
 
-def log_prior(measurements: Measurements, levels: NoiseLevels) -> float:
-    """Log prior of the noise levels, but for a constant."""
-    apart = (levels.vector - usual_levels(measurements).vector) / _SPREAD
-    return float(-0.5 * apart @ apart)
+def log_evidence(linear: LinearProblem, levels: NoiseLevels, extra: Freedom | None = None) -> float:
+    """Return the log probability density of the measurements (SI units), all amplitudes integrated out."""
+    return evidence_and_slopes(linear, levels, extra)[0]
 
 
-def log_evidence(linear: LinearModel, levels: NoiseLevels, extra: Freedom | None = None) -> float:
-    """log p(measurements), amplitudes integrated out, but for a constant that all explanations share."""
-    return _Evidence(linear, extra).at(levels)[0]
+def evidence_and_slopes(
+    linear: LinearProblem, levels: NoiseLevels, extra: Freedom | None = None
+) -> tuple[float, dict[str, float]]:
+    """Return ``log_evidence`` and its derivatives by the logarithms of the levels' ``numbers``."""
+    return _Evidence(linear, extra).at(levels)
 
 
 class _Evidence:
     """Log evidence at many noise levels."""
 
-    def __init__(self, linear: LinearModel, extra: Freedom | None) -> None:
+    def __init__(self, linear: LinearProblem, extra: Freedom | None) -> None:
         free = linear.free if extra is None else linear.free.with_more(extra.columns, extra.scales)
         self.linear = linear
         self.columns = np.column_stack([linear.residual, free.columns * free.scales, linear.posture, linear.surface])
@@ -171,8 +134,18 @@ class _Evidence:
         self.sized = {"posture": slice(fixed, waves), "surface": slice(waves, None)}
         self.blocks = {name: at for name, at in linear.measurements.blocks.items() if at.stop > at.start}
 
-    def at(self, levels: NoiseLevels) -> tuple[float, Array]:
-        """Log evidence at these levels, and its derivatives (10,) by the numbers of their ``vector``.
+    def sought(self) -> dict[str, LevelPrior]:
+        """Return the numbers of the levels of which the measurements say something, and of which not all is given."""
+        instruments = [name for name, blocks in BLOCKS_OF.items() if any(block in self.blocks for block in blocks)]
+        sized = [name for name, at in self.sized.items() if self.columns[:, at].shape[1]]
+        return {
+            name: prior
+            for name, prior in level_priors(self.linear.measurements.usual).items()
+            if prior.spread > 0.0 and name.partition(".")[0] in (*instruments, *sized)
+        }
+
+    def at(self, levels: NoiseLevels) -> tuple[float, dict[str, float]]:
+        """Return the log evidence at these levels, and its derivatives by the logarithms of their ``numbers``.
 
         With T the whitened columns' inner products, A their part without the residual plus one on the diagonal and
         w = A⁻¹ T₁₀, a change of T changes the log evidence by −½ tr(M dT), where M = (1, −w)(1, −w)ᵀ + A⁻¹.
@@ -186,37 +159,77 @@ class _Evidence:
             time, scale = measurements.time_of(name), measurements.scale[at]
             parts[name] = whiten_with_slope(time, columns, levels.of(name), scale)
         total = np.sum([white.T @ white for white, _, _ in parts.values()], axis=0)
-        factor = cho_factor(total[1:, 1:] + np.eye(len(total) - 1), lower=True)
+        factor = precision_of(total[1:, 1:], lambda: np.vstack([white[:, 1:] for white, _, _ in parts.values()]))
         weights = np.concatenate([[1.0], -cho_solve(factor, total[1:, 0])])
         value = -0.5 * float(total[0] @ weights) - float(np.sum(np.log(np.diag(factor[0]))))
         by_product = np.outer(weights, weights)
         by_product[1:, 1:] += cho_solve(factor, np.eye(len(total) - 1))
-        slopes = np.array([0.0] * 8 + [-float(np.sum((by_product * total)[at])) for at in self.sized.values()])
-        for name, (white, slope, by_volume) in parts.items():
-            which = 2 * _NOISE_OF[name]
-            pulled = white @ by_product
-            slopes[which] += float(np.sum(pulled * white)) - len(white)
-            slopes[which + 1] -= float(np.sum(pulled * slope)) + by_volume
+        slopes = {name: -float(np.sum((by_product * total)[at])) for name, at in self.sized.items()}
+        for instrument, blocks in BLOCKS_OF.items():
+            slopes[f"{instrument}.sigma"] = slopes[f"{instrument}.correlation_time"] = 0.0
+            for white, slope, by_volume in (parts[name] for name in blocks if name in parts):
+                pulled = white @ by_product
+                slopes[f"{instrument}.sigma"] += float(np.sum(pulled * white)) - len(white)
+                slopes[f"{instrument}.correlation_time"] -= float(np.sum(pulled * slope)) + by_volume
         return value - log_volume(self.linear, levels), slopes
 
 
-def best_levels(linear: LinearModel, start: NoiseLevels, extra: Freedom | None = None) -> tuple[NoiseLevels, float]:
-    """The noise that makes the measurements most probable, and log evidence plus the noise's own prior there."""
+def log_posterior(linear: LinearProblem, levels: NoiseLevels) -> float:
+    """Return log evidence plus the log prior density of the noise, but for the latter's constant."""
+    return log_evidence(linear, levels) + log_prior(linear.measurements.usual, levels)
+
+
+def best_levels(linear: LinearProblem, start: NoiseLevels, extra: Freedom | None = None) -> tuple[NoiseLevels, float]:
+    """Return the noise that makes the measurements most probable, and log evidence plus the noise's log prior there.
+
+    The search begins at ``start`` and at what instruments usually show, and takes the better end.  Numbers of which the
+    measurements say nothing stay as ``start`` has them.
+    """
     evidence = _Evidence(linear, extra)
-    usual = usual_levels(linear.measurements).vector
+    sought, usual = evidence.sought(), linear.measurements.usual
+    names = list(sought)
+    priors = list(sought.values())
+    middle, spread = np.log([prior.usual for prior in priors]), np.array([prior.spread for prior in priors])
+
+    def levels_at(logs: Array) -> NoiseLevels:
+        return start.with_numbers(dict(zip(names, np.exp(logs).tolist(), strict=True)))
 
     def minus(logs: Array) -> tuple[float, Array]:
-        levels = NoiseLevels.from_vector(logs)
+        levels = levels_at(logs)
         value, slopes = evidence.at(levels)
-        return -value - log_prior(linear.measurements, levels), (logs - usual) / _SPREAD**2 - slopes
+        by_name = np.array([slopes[name] for name in names])
+        return -value - log_prior(usual, levels), (logs - middle) / spread**2 - by_name
 
-    farthest = Bounds(usual - _FARTHEST * _SPREAD, usual + _FARTHEST * _SPREAD)
+    bounds = Bounds(np.log([prior.low for prior in priors]), np.log([prior.high for prior in priors]))
+    begins = {begin.tobytes(): begin for begin in (np.log([start.numbers[name] for name in names]), middle)}
     searches = [
-        minimize(minus, begin, jac=True, method="L-BFGS-B", bounds=farthest, options={"maxiter": 40, "ftol": 1e-7})
-        for begin in (start.vector, usual)
-    ]
-    found = min(searches, key=lambda search: float(search.fun))
-    return NoiseLevels.from_vector(found.x), -float(found.fun)
+        minimize(
+            minus, np.clip(begin, bounds.lb, bounds.ub), jac=True, method="L-BFGS-B", bounds=bounds,
+            options={"maxiter": _ROUNDS, "ftol": _TOLERANCE},
+        )
+        for begin in begins.values()
+    ]  # fmt: skip
+    best = min(searches, key=lambda search: float(search.fun))
+    return levels_at(best.x), -float(best.fun)
+
+
+def precision(columns: Array) -> tuple[Array, bool]:
+    """The Cholesky factor, as ``cho_solve`` takes it, of what is known afterwards of amplitudes of variance one, from
+    whitened columns (N, k).
+    """
+    return precision_of(columns.T @ columns, lambda: columns)
+
+
+def precision_of(squares: Array, columns: Callable[[], Array]) -> tuple[Array, bool]:
+    """The same from the columns' inner products ``squares`` (k, k); ``columns`` gives them where rounding has left
+    these indefinite.
+    """
+    one = np.eye(len(squares))
+    try:
+        return cho_factor(squares + one, lower=True)
+    except LinAlgError:  # the squares of columns whose sizes are far apart have no digits left for the one
+        factor = np.linalg.qr(np.vstack([columns(), one]), mode="r")
+        return np.asarray(factor * np.sign(np.diag(factor))[:, None]).T, True
 
 
 @dataclass(frozen=True)
@@ -232,7 +245,7 @@ class Whitener:
         return np.asarray(solve_triangular(self.lower, columns, lower=True))
 
 
-def whitener(linear: LinearModel, levels: NoiseLevels, kept: Array | None = None) -> Whitener:
+def whitener(linear: LinearProblem, levels: NoiseLevels, kept: Array | None = None) -> Whitener:
     """Of the measurements, everything but the fit's parameters (and hypotheses') counted as noise; ``kept`` (k, 2)
     are further columns with scale, such as the height's origin.
     """
@@ -253,7 +266,7 @@ def fewer_columns(measurements: Measurements, columns: Array) -> Array:
     """Fewer columns (N, d) with the covariance of ``columns`` (N, c), each of them of variance one: principal
     directions without those that all measurements together see by less than ``_UNSEEN`` of their noise.
     """
-    usual = usual_levels(measurements)
+    usual = measurements.usual
     noise = np.ones(len(columns))
     for name, place in measurements.blocks.items():
         noise[place] = usual.of(name).sigma
@@ -290,7 +303,7 @@ class Uncertain:
 
 
 def uncertain(
-    linear: LinearModel, levels: NoiseLevels, rows: Mapping[str, NDArray[np.bool_]] | None = None
+    linear: LinearProblem, levels: NoiseLevels, rows: Mapping[str, NDArray[np.bool_]] | None = None
 ) -> Uncertain:
     """Of all measurements, or of some ``rows`` by block (``whiten_columns``)."""
     free = linear.all_free(levels)
@@ -300,7 +313,7 @@ def uncertain(
 
 
 def overlaps(
-    linear: LinearModel,
+    linear: LinearProblem,
     levels: NoiseLevels,
     known: Uncertain,
     candidates: Sequence[Freedom],

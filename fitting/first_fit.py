@@ -34,8 +34,9 @@ from sssi_exudyn.core.number_ref import (
     VELOCITY_L,
     NumberRef,
 )
-from sssi_exudyn.fitting.gps_observation import correct_fixes, track_of
+from sssi_exudyn.fitting.noise import NOISE
 from sssi_exudyn.fitting.objective import Prior, Problem, correlations, counts_of, uncertainty, weight_of
+from sssi_exudyn.fitting.observations import correct_fixes, track_of
 from sssi_exudyn.fitting.optimise import Optimum, minimise, minimise_squares
 from sssi_exudyn.model.from_recording import guess_with_error
 from sssi_exudyn.model.heading import REPLAY
@@ -53,7 +54,7 @@ START_VALUES: Final = {MU_T: 0.1, MU_N: 0.5}
 """Where the search starts (paper 2.4)."""
 CUTTING: Final = (NumberRef("carving.mu"),)
 """Friction where edges cut; what else the track says of such snow is estimated with all that is uncertain."""
-_FIRST_NOISE = ExponentialNoise(0.05, 2.0)
+_FIRST_NOISE: Final = ExponentialNoise(0.05, NOISE.gps.memory)
 """Of the residual, before there is one: what posture errors of 0.3° and a receiver of 2 cm leave."""
 _COARSE_NOISE = 1.0
 """m; what fixes of any receiver are wrong by against their neighbours, before the residual tells."""

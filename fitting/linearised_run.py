@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.balance import Balance, balance_of, own_moment
-from sssi_exudyn.fitting.observation import Observation
-from sssi_exudyn.fitting.observations import averages
-from sssi_exudyn.fitting.parameters import MASS, SURFACE, Unknown, group_of
+from sssi_exudyn.fitting.observations import Observation, averages
+from sssi_exudyn.fitting.parameters import MASS, SURFACE, Parameter, group_of
 from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors, grown
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
@@ -25,6 +24,7 @@ from sssi_exudyn.simulation.reduced.derivatives import TableChange, skier_mass_c
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
+from sssi_exudyn.terrain.from_heights import TILTS
 
 STEP: Final = 0.01
 """s; steps of the reduced model."""
@@ -41,7 +41,7 @@ class Setting:
 
     motion: Motion
     seen: Observation
-    unknowns: tuple[Unknown, ...]
+    unknowns: tuple[Parameter, ...]
     errors: tuple[PostureError, ...]
     mass: tuple[float, float]
 
@@ -64,6 +64,23 @@ class Setting:
     def of_process(self) -> NDArray[np.bool_]:
         """(k,) whether each of θ is a mode of a snow surface that no heights have shown beforehand."""
         return self.of_surface & self.seen.has_heights
+
+    @property
+    def waves(self) -> NDArray[np.bool_]:
+        """(k,) whether each of θ is a wave of the snow surface.  One that heights have not shown beforehand begins with
+        the plane's tilt, of which a slope's roughness says nothing.
+        """
+        waves = self.of_surface
+        waves[np.flatnonzero(self.of_process)[:TILTS]] = False
+        return waves
+
+    def with_waves(self, sigma: float) -> Setting:
+        """The same with waves of the snow of that standard deviation beforehand."""
+        unknowns = (
+            replace(unknown, prior=replace(unknown.prior, sigma=sigma)) if is_wave else unknown
+            for unknown, is_wave in zip(self.unknowns, self.waves, strict=True)
+        )
+        return replace(self, unknowns=tuple(unknowns))
 
     @property
     def means(self) -> Array:
@@ -173,7 +190,7 @@ def linearise_numbers(setting: Setting, point: Point, known: Responses) -> Respo
 
 
 def responses_to_numbers(
-    setting: Setting, point: Point, unknowns: Sequence[Unknown], changes: Sequence[TableChange]
+    setting: Setting, point: Point, unknowns: Sequence[Parameter], changes: Sequence[TableChange]
 ) -> Array:
     """(N, k + changes) derivatives of the measurements by ``unknowns`` (k,) and by changes of the posture."""
 

@@ -1,178 +1,340 @@
-"""How large the noise of each instrument is, and how long it remembers, from a run that is linearised.
+"""The noise of every instrument, declared once: how large it is, how long it remembers, how well both are known.
 
-    y = u a + e,   a ~ N(0, 1),   e: each block an exponentially correlated noise
+Every noise is exponentially correlated (``core.noise``).  Its ``size`` is a share of what the recording states of the
+instrument, or of the load; ``memory`` is its correlation time.  What a run shows of both is sought by
+``evidence.best_levels``: beforehand their logarithms are normal about the declared values with ``size_spread`` and
+``memory_spread``, and they stay within the declared bounds, three spreads to either side.
 
-a is all that is uncertain, each in standard deviations of what is known beforehand.  A noise's size σ is found by
-expectation and maximisation, its correlation time T by the evidence, a integrated out.  What a run shows best is σ²/T,
-how its noise changes from one reading to the next: so T is sought with σ²/T held.  Slow noise moves an estimate most,
-and how slow it is a run of seconds hardly shows: estimates are averaged over T.
+How the values were chosen, and on which recordings: ``docs/uncertainty.md``, "The noise of instruments".
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Final
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Final, Protocol, cast
 
 import numpy as np
-from numpy.linalg import LinAlgError
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
-from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise
-from sssi_exudyn.fitting.observation import Observation
+from sssi_exudyn.core.quantity import quantities, quantity
+from sssi_exudyn.recording.instruments.gps import VERTICAL
 
-Levels = Mapping[str, ExponentialNoise]
-"""Noise by block."""
-BEFOREHAND: Final = 20.0
-"""Independent measurements that the usual size of a noise counts for, beside those of the run."""
-_MEMORIES: Final = tuple(2.0 ** (0.5 * k) for k in range(-6, 7))
-"""Correlation times that are weighed against each other, in units of the usual one."""
-_MEMORY_SPREAD: Final = 0.35
-"""Standard deviation of a correlation time's logarithm about the usual one's, as in a diagnosis.  Were it known
-less well, slow errors of the fixes would be taken for errors of the posture: their noise came out as 0.7 of what it is,
-remembered for a third of the time.
-"""
-_GIVEN: Final = "moment"
-"""The group of measurements whose noise is not estimated less than it is given: how well a skier balances is no matter
-of the run."""
-_SLOWEST: Final = "fixes"
-"""The group of measurements over whose noise's correlation time estimates are averaged."""
-_BY_MODEL: Final = ("speed", "load", "load difference")
-"""Groups of measurements whose noise is larger than usual where the model lacks something; a receiver's fixes often are
-noisier than stated.
-"""
-_NEGLIGIBLE: Final = 1e-3
-"""Of the most probable one: correlation times that are left out."""
-WEIGHINGS: Final = 4
-"""Rounds of expectation and maximisation."""
+_OUTLASTED: Final = 5.0
+"""By which the square of a moment's noise counts: a model is wrong alike for a second, masses are elsewhere, skis press
+elsewhere, for most of a turn, which is five times the moment's memory.  Believed one by one moments would outweigh the
+track, and move mu_t by 0.004."""
+
+
+class InstrumentNoise(Protocol):
+    """The four numbers that are declared of an instrument's noise."""
+
+    @property
+    def size(self) -> float: ...
+    @property
+    def memory(self) -> float: ...
+    @property
+    def size_spread(self) -> float: ...
+    @property
+    def memory_spread(self) -> float: ...
 
 
 @dataclass(frozen=True)
-class LinearRun:
-    """All that is measured of a run, linearised in all that is uncertain.
+class FixNoise:
+    """A receiver's error of place, each horizontal component."""
 
-    residual : (N,) measured less predicted, were all that is uncertain as beforehand
-    columns : (N, k) what a standard deviation of each changes
+    size: float = quantity(
+        1.1, "1", low=0.38, high=3.2, source="measured: docs/uncertainty.md, with the memory",
+        meaning="standard deviation over that which the receiver states",
+    )  # fmt: skip
+    memory: float = quantity(
+        2.5, "s", low=0.87, high=7.2, source="measured: docs/uncertainty.md", meaning="correlation time"
+    )  # fmt: skip
+    size_spread: float = quantity(
+        0.35, "1", low=0.0, high=1.0, source="chosen: within a factor of 1.4 in two of three recordings",
+        meaning="standard deviation of the size's logarithm beforehand",
+    )  # fmt: skip
+    memory_spread: float = quantity(
+        0.35, "1", low=0.0, high=1.0,
+        source="chosen: known less well, slow errors of fixes are taken for errors of the posture",
+        meaning="standard deviation of the memory's logarithm beforehand",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class HeightNoise:
+    """A receiver's error of height."""
+
+    size: float = quantity(
+        1.4 / VERTICAL, "1", low=0.24, high=3.6, source="measured: docs/uncertainty.md",
+        meaning="standard deviation over that which the receiver states of heights",
+    )  # fmt: skip
+    memory: float = quantity(
+        1.5, "s", low=0.33, high=6.8, source="measured: docs/uncertainty.md", meaning="correlation time"
+    )  # fmt: skip
+    size_spread: float = quantity(
+        0.45, "1", low=0.0, high=1.0, source="chosen: receivers state heights less well than places",
+        meaning="standard deviation of the size's logarithm beforehand",
+    )  # fmt: skip
+    memory_spread: float = quantity(
+        0.5, "1", low=0.0, high=1.0, source="chosen: less is known of it than of a place's",
+        meaning="standard deviation of the memory's logarithm beforehand",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SpeedNoise:
+    """A receiver's error of speed over ground, each component; it is stated by no receiver."""
+
+    size: float = quantity(
+        0.10, "m/s", low=0.035, high=0.29, source="Doppler speeds: Zhang et al., J. Navig. 59 (2006) 293, 0.03 to 0.2",
+        meaning="standard deviation",
+    )  # fmt: skip
+    memory: float = quantity(
+        1.0, "s", low=0.35, high=2.9, source="chosen: receivers smooth over a second", meaning="correlation time"
+    )
+    size_spread: float = quantity(
+        0.35, "1", low=0.0, high=1.0, source="chosen: as of a place",
+        meaning="standard deviation of the size's logarithm beforehand",
+    )  # fmt: skip
+    memory_spread: float = quantity(
+        0.35, "1", low=0.0, high=1.0, source="chosen: as of a place",
+        meaning="standard deviation of the memory's logarithm beforehand",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class LoadNoise:
+    """Both insoles' total, averaged over a tenth of a second."""
+
+    size: float = quantity(
+        0.03, "1", low=0.0066, high=0.135, source="chosen: gain and zero apart, what soles and model leave over",
+        meaning="standard deviation as a share of the run's mean total load",
+    )  # fmt: skip
+    memory: float = quantity(
+        0.05, "s", low=0.011, high=0.225, source="chosen: half of an average's interval", meaning="correlation time"
+    )
+    size_spread: float = quantity(
+        0.5, "1", low=0.0, high=1.0, source="chosen: soles differ by more than receivers",
+        meaning="standard deviation of the size's logarithm beforehand",
+    )  # fmt: skip
+    memory_spread: float = quantity(
+        0.5, "1", low=0.0, high=1.0, source="chosen: as of the size",
+        meaning="standard deviation of the memory's logarithm beforehand",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class LoadDifferenceNoise:
+    """The left sole's load less the right one's, averaged over a tenth of a second."""
+
+    size: float = quantity(
+        0.05, "1", low=0.011, high=0.225, source="chosen: where a foot stands moves load from one sole to the other",
+        meaning="standard deviation as a share of the run's mean total load",
+    )  # fmt: skip
+    memory: float = quantity(
+        0.3, "s", low=0.066, high=1.35, source="chosen: a transition of edges", meaning="correlation time"
+    )
+    size_spread: float = quantity(
+        0.5, "1", low=0.0, high=1.0, source="chosen: soles differ by more than receivers",
+        meaning="standard deviation of the size's logarithm beforehand",
+    )  # fmt: skip
+    memory_spread: float = quantity(
+        0.5, "1", low=0.0, high=1.0, source="chosen: as of the size",
+        meaning="standard deviation of the memory's logarithm beforehand",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class MomentNoise:
+    """What is left over of the moment about the pelvis; how well a skier balances is never better than stated."""
+
+    size: float = quantity(
+        float(np.sqrt(_OUTLASTED)), "1", low=float(np.sqrt(_OUTLASTED)), high=22.0,
+        source="chosen: so many moments count as one", meaning="standard deviation over residual_moment_Nm",
+    )  # fmt: skip
+    memory: float = quantity(
+        0.2, "s", low=0.2, high=0.2, source="captures are filtered at 6 Hz", meaning="correlation time"
+    )
+    size_spread: float = quantity(
+        0.35, "1", low=0.0, high=1.0, source="chosen: as of a place",
+        meaning="standard deviation of the size's logarithm beforehand",
+    )  # fmt: skip
+    memory_spread: float = quantity(
+        0.0, "1", low=0.0, high=1.0, source="chosen: given",
+        meaning="standard deviation of the memory's logarithm beforehand",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ErrorScales:
+    """By how many times errors of the posture and waves of the snow are larger than is known of them beforehand."""
+
+    posture: float = quantity(
+        1.0, "1", low=0.35, high=2.9, source="[uncertainty]", meaning="errors of the posture over stated ones"
+    )
+    posture_spread: float = quantity(
+        0.35, "1", low=0.0, high=1.0, source="chosen: as of a place",
+        meaning="standard deviation of its logarithm beforehand",
+    )  # fmt: skip
+    surface: float = quantity(
+        1.0, "1", low=0.35, high=2.9, source="heights (docs/snow-surface.md)",
+        meaning="waves of the snow over what heights and the prior of slopes say",
+    )  # fmt: skip
+    surface_spread: float = quantity(
+        0.35, "1", low=0.0, high=1.0, source="chosen: heights have told most of how rough a slope is",
+        meaning="standard deviation of its logarithm beforehand",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class DeclaredNoise:
+    """The noise of all instruments, by the names that ``NoiseLevels`` has for them."""
+
+    gps: FixNoise = field(default_factory=FixNoise)
+    height: HeightNoise = field(default_factory=HeightNoise)
+    speed: SpeedNoise = field(default_factory=SpeedNoise)
+    load: LoadNoise = field(default_factory=LoadNoise)
+    difference: LoadDifferenceNoise = field(default_factory=LoadDifferenceNoise)
+    moment: MomentNoise = field(default_factory=MomentNoise)
+
+
+NOISE: Final = DeclaredNoise()
+SCALES: Final = ErrorScales()
+BLOCKS_OF: Final[Mapping[str, tuple[str, ...]]] = {
+    "gps": ("x", "y"),
+    "height": ("height",),
+    "speed": ("speed_x", "speed_y"),
+    "load": ("load",),
+    "difference": ("difference",),
+    "moment": ("moment_f", "moment_l", "moment_n"),
+}
+"""The blocks of a run's measurements that have the noise of each instrument."""
+_INSTRUMENT_OF: Final = {block: instrument for instrument, blocks in BLOCKS_OF.items() for block in blocks}
+HEIGHT_ORIGIN: Final = 100.0
+"""m; standard deviation of where heights count from, which is the first fix: wider than any receiver's error, so that
+heights alone decide, and a proper density, so that evidences with heights may be compared."""
+
+
+@dataclass(frozen=True)
+class NoiseLevels:
+    """Noise of every instrument, standard deviations in its unit and correlation times (s), and by how many times
+    errors of the posture and waves of the snow surface are larger than usual ones.
     """
 
-    seen: Observation
-    residual: Array
-    columns: Array
+    gps: ExponentialNoise
+    height: ExponentialNoise
+    speed: ExponentialNoise
+    load: ExponentialNoise
+    difference: ExponentialNoise
+    moment: ExponentialNoise
+    posture: float = SCALES.posture
+    surface: float = SCALES.surface
 
-    def whitened(self, levels: Levels) -> tuple[Array, Array]:
-        """y (N,) and u (N, k)."""
-        table = self.seen.whiten(levels, np.column_stack([self.residual, self.columns]))
-        return table[:, 0], table[:, 1:]
+    def of(self, block: str) -> ExponentialNoise:
+        """Return the noise of a block of the measurements."""
+        return cast(ExponentialNoise, getattr(self, _INSTRUMENT_OF[block]))
 
-    def log_evidence(self, levels: Levels) -> float:
-        """Log probability density of the measurements (SI units), all that is uncertain integrated out."""
-        y, u = self.whitened(levels)
-        factor = precision(u)
-        pull = u.T @ y
-        evidence = -0.5 * float(y @ y - pull @ cho_solve(factor, pull)) - float(np.sum(np.log(np.diag(factor[0]))))
-        return evidence - self.seen.log_volume(levels) - 0.5 * len(y) * float(np.log(2.0 * np.pi))
+    @property
+    def numbers(self) -> dict[str, float]:
+        """All numbers by name, such as ``gps.sigma``, ``load.correlation_time`` and ``posture``."""
+        named: dict[str, float] = {}
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if isinstance(value, ExponentialNoise):
+                named |= {f"{entry.name}.sigma": value.sigma, f"{entry.name}.correlation_time": value.correlation_time}
+            else:
+                named[entry.name] = value
+        return named
 
-    def estimate(self, levels: Levels) -> tuple[Array, Array]:
-        """Mean (k,) and covariance (k, k) of all that is uncertain, in standard deviations."""
-        y, u = self.whitened(levels)
-        factor = precision(u)
-        return np.asarray(cho_solve(factor, u.T @ y)), np.asarray(cho_solve(factor, np.eye(u.shape[1])))
+    def with_numbers(self, numbers: Mapping[str, float]) -> NoiseLevels:
+        """Return the levels with other values of some numbers, by name."""
+        return NoiseLevels.of_numbers({**self.numbers, **numbers})
 
+    @staticmethod
+    def of_numbers(numbers: Mapping[str, float]) -> NoiseLevels:
+        """Return the levels of all ``numbers`` by name."""
 
-def precision(columns: Array) -> tuple[Array, bool]:
-    """The Cholesky factor, as ``cho_solve`` takes it, of what is known afterwards of amplitudes of variance one."""
-    one = np.eye(columns.shape[1])
-    try:
-        return cho_factor(columns.T @ columns + one, lower=True)
-    except LinAlgError:  # the squares of columns whose sizes are far apart have no digits left for the one
-        factor = np.linalg.qr(np.vstack([columns, one]), mode="r")
-        return np.asarray(factor * np.sign(np.diag(factor))[:, None]).T, True
+        def noise(instrument: str) -> ExponentialNoise:
+            return ExponentialNoise(numbers[f"{instrument}.sigma"], numbers[f"{instrument}.correlation_time"])
 
+        return NoiseLevels(
+            gps=noise("gps"),
+            height=noise("height"),
+            speed=noise("speed"),
+            load=noise("load"),
+            difference=noise("difference"),
+            moment=noise("moment"),
+            posture=numbers["posture"],
+            surface=numbers["surface"],
+        )
 
-def weigh_noise(linear: LinearRun, levels: Levels) -> Levels:
-    """The noise's levels, from what remains when all that is uncertain is taken out."""
-    seen = linear.seen
-    for _ in range(WEIGHINGS):
-        y, u = linear.whitened(levels)
-        factor = precision(u)
-        left = y - u @ cho_solve(factor, u.T @ y)
-        found = dict(levels)
-        for group, names in seen.groups.items():
-            rows = np.concatenate([np.arange(len(y))[seen.blocks[name]] for name in names])
-            square = float(left[rows] @ left[rows] + np.sum(u[rows] * cho_solve(factor, u[rows].T).T))
-            noise, usual = levels[names[0]], seen.usual[names[0]]
-            more = BEFOREHAND * (usual.sigma / noise.sigma) ** 2
-            sigma = noise.sigma * float(np.sqrt((square + more) / (len(rows) + BEFOREHAND)))
-            if group == _GIVEN:
-                sigma = max(sigma, usual.sigma)
-            found |= dict.fromkeys(names, ExponentialNoise(sigma, noise.correlation_time))
-        levels = found
-    for names in _remembering(seen):
-        levels = max(_memories(linear, levels, names), key=lambda pair: pair[0])[1]
-    return levels
-
-
-def other_memories(linear: LinearRun, levels: Levels) -> list[tuple[float, Levels]]:
-    """Levels by how long the receiver's fixes remember their error, the slowest noise, with their probabilities."""
-    tried = list(_memories(linear, levels, linear.seen.groups[_SLOWEST]))
-    weights = np.exp(np.array([density for density, _ in tried]) - max(density for density, _ in tried))
-    weights[weights < _NEGLIGIBLE] = 0.0
-    weights /= np.sum(weights)
-    return [(float(weight), each) for weight, (_, each) in zip(weights, tried, strict=True) if weight > 0.0]
-
-
-def averaged_covariance(linear: LinearRun, levels: Levels) -> Array:
-    """(k, k) of all that is uncertain, in standard deviations, about its estimate under ``levels``, averaged over
-    ``other_memories``.
-    """
-    mean, _ = linear.estimate(levels)
-    total = np.zeros((len(mean), len(mean)))
-    for weight, each in other_memories(linear, levels):
-        other, covariance = linear.estimate(each)
-        total += weight * (covariance + np.outer(other - mean, other - mean))
-    return total
-
-
-def widening(seen: Observation, levels: Levels) -> float:
-    """By how much standard errors grow where noise is larger than its instruments': what is left over is then no noise
-    alone but what the model lacks, and that does not average out as noise does.
-
-    Source: Birge, Phys. Rev. 40 (1932) 207; the scale factor of the Particle Data Group, Phys. Rev. D 110 (2024)
-    030001, section 5.2.
-    """
-    first = [seen.groups[group][0] for group in _BY_MODEL if group in seen.groups]
-    return max([1.0, *(levels[name].sigma / seen.usual[name].sigma for name in first)])
-
-
-def draw(linear: LinearRun, levels: Levels, count: int, rng: np.random.Generator) -> Array:
-    """(count, k) amounts of all that is uncertain, in standard deviations, less their estimate under ``levels``."""
-    mean, _ = linear.estimate(levels)
-    tried = other_memories(linear, levels)
-    chosen = rng.choice(len(tried), size=count, p=[weight for weight, _ in tried])
-    drawn = np.empty((count, len(mean)))
-    for i, (_, each) in enumerate(tried):
-        rows = np.flatnonzero(chosen == i)
-        y, u = linear.whitened(each)
-        factor = precision(u)
-        other = cho_solve(factor, u.T @ y)
-        off = solve_triangular(factor[0], rng.standard_normal((len(mean), len(rows))), trans="T", lower=True).T
-        drawn[rows] = other - mean + off
-    return drawn
-
-
-def _remembering(seen: Observation) -> list[tuple[str, ...]]:
-    """Blocks of each group whose noise's correlation time is sought."""
-    return [names for group, names in seen.groups.items() if group != _GIVEN]
-
-
-def _memories(linear: LinearRun, levels: Levels, names: tuple[str, ...]) -> Iterator[tuple[float, Levels]]:
-    """Log probability density, but for a constant, and levels with other correlation times of some blocks' noise."""
-    noise, usual = levels[names[0]], linear.seen.usual[names[0]]
-    for share in _MEMORIES:
-        memory = share * usual.correlation_time
+    def remembering(self, instrument: str, memory: float) -> NoiseLevels:
+        """Return the levels with another correlation time (s) of an instrument, σ²/T kept: what its noise changes by
+        from one reading to the next, which a run shows best.
+        """
+        noise: ExponentialNoise = getattr(self, instrument)
         sigma = noise.sigma * float(np.sqrt(memory / noise.correlation_time))
-        each = {**levels, **dict.fromkeys(names, ExponentialNoise(sigma, memory))}
-        size = usual.sigma / sigma
-        beforehand = BEFOREHAND * (np.log(size) - 0.5 * size**2) - 0.5 * (np.log(share) / _MEMORY_SPREAD) ** 2
-        yield linear.log_evidence(each) + float(beforehand), each
+        return self.with_numbers({f"{instrument}.sigma": sigma, f"{instrument}.correlation_time": memory})
+
+
+def usual_levels(fix: float, height: float, load: float, moment: float) -> NoiseLevels:
+    """Return the levels that instruments usually show.
+
+    Parameters
+    ----------
+    fix, height : m, standard deviations that the receiver states of a place and of a height
+    load : N, mean of both soles' total
+    moment : N m, about the pelvis, that is left over of a balanced skier
+    """
+
+    def noise(declared: InstrumentNoise, unit: float) -> ExponentialNoise:
+        return ExponentialNoise(declared.size * unit, declared.memory)
+
+    return NoiseLevels(
+        gps=noise(NOISE.gps, fix),
+        height=noise(NOISE.height, height),
+        speed=noise(NOISE.speed, 1.0),
+        load=noise(NOISE.load, load),
+        difference=noise(NOISE.difference, load),
+        moment=noise(NOISE.moment, moment),
+    )
+
+
+@dataclass(frozen=True)
+class LevelPrior:
+    """What is known of one number of the levels beforehand: its logarithm is normal about that of ``usual``, with
+    standard deviation ``spread``; it is between ``low`` and ``high``.  A spread of 0 holds it.
+    """
+
+    usual: float
+    spread: float
+    low: float
+    high: float
+
+    def log_density(self, value: float) -> float:
+        """Return the log density but for a constant, 0 at the usual value."""
+        return 0.0 if self.spread == 0.0 else -0.5 * (np.log(value / self.usual) / self.spread) ** 2
+
+
+def level_priors(usual: NoiseLevels) -> dict[str, LevelPrior]:
+    """Return the prior of every number of the levels by its name, about the ``usual`` ones of a run."""
+    priors: dict[str, LevelPrior] = {}
+    for instrument in BLOCKS_OF:
+        noise, declared = getattr(usual, instrument), getattr(NOISE, instrument)
+        about = quantities(declared)
+        for key, name in (("size", "sigma"), ("memory", "correlation_time")):
+            value = getattr(noise, name)
+            low, high = (value * (bound / about[key].default) for bound in (about[key].low, about[key].high))
+            priors[f"{instrument}.{name}"] = LevelPrior(value, getattr(declared, f"{key}_spread"), low, high)
+    about = quantities(SCALES)
+    for key in ("posture", "surface"):
+        spread = getattr(SCALES, f"{key}_spread")
+        priors[key] = LevelPrior(about[key].default, spread, about[key].low, about[key].high)
+    return priors
+
+
+def log_prior(usual: NoiseLevels, levels: NoiseLevels) -> float:
+    """Return the log prior density of levels, but for a constant, about the ``usual`` ones of a run."""
+    numbers = levels.numbers
+    return float(sum(prior.log_density(numbers[name]) for name, prior in level_priors(usual).items()))

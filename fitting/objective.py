@@ -20,7 +20,7 @@ from scipy.ndimage import median_filter
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, tail_weight
 from sssi_exudyn.core.number_ref import NumberRef
-from sssi_exudyn.fitting.gps_observation import Track, predict_fixes
+from sssi_exudyn.fitting.observations import Track, predict_fixes
 from sssi_exudyn.model.model import Model
 
 _NEIGHBOURS: Final = 9

@@ -1,38 +1,106 @@
-"""What the instruments say of a run, and what they would say of a simulated one: one vector each.
+"""What the instruments measure of a run, and what they would measure of a simulated one.
 
-Blocks, in order: the GPS' places in the level frame, x and y one after the other; its heights; the insoles' total load
-and their difference, left less right.  Blocks of instruments that a recording lacks are empty.
+``Track`` has the fixes' horizontal places alone, ``Measurements`` what hypotheses are compared by, ``Observation`` all
+that is measured of a run with what a real skier does not leave over: the moment about the pelvis.  Each stacks its
+instruments' readings as blocks of one vector; ``noise.BLOCKS_OF`` says which noise a block has.
+
+Places are in the level frame (x along the fall line's azimuth, y left of it), metres.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final, Protocol
 
 import numpy as np
 
-from sssi_exudyn.core.frames import Array, level_to_enu
-from sssi_exudyn.core.noise import ExponentialNoise, Scale
-from sssi_exudyn.fitting.gps_observation import predict_fixes
-from sssi_exudyn.model.faults import insole_readings
+from sssi_exudyn.core.frames import Array, level_to_enu, slope_to_level
+from sssi_exudyn.core.noise import Scale, tail_weight
+from sssi_exudyn.fitting.autocorrelated_noise import whiten
+from sssi_exudyn.fitting.balance import Balance
+from sssi_exudyn.fitting.noise import BLOCKS_OF, HEIGHT_ORIGIN, NoiseLevels, usual_levels
+from sssi_exudyn.model.faults import gps_offset, insole_readings
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.recording.instruments.gps import VERTICAL
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.instruments.gps import VERTICAL, Gps
 from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.recording.uncertainty import Uncertainty
+from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun
 
-BLOCKS: Final = ("x", "y", "height", "load", "difference")
+_END: Final = 60
+"""Samples of a simulation from which it is continued beyond its ends."""
+_COMPARED: Final = ("x", "y", "height", "load", "difference")
+"""Blocks of ``Measurements``."""
+_OBSERVED: Final = tuple(block for blocks in BLOCKS_OF.values() for block in blocks)
+"""Blocks of ``Observation``."""
 INTERVAL: Final = 0.1
 """s over which the insoles' forces are averaged; faster changes are the capture's noise in accelerations."""
 _LEAST_COUNT: Final = 1e-4
-_HEIGHT_NOISE: Final = (1.4, 1.5)
-"""Of a height, in standard deviations of a fix's place where heights are as much worse as usual, and its correlation
-time (s)."""
 _MARGIN: Final = 0.3
-"""s at both ends in which the insoles are not used: the simulated skier is still settling, splines end."""
-
-
+"""s at both ends in which insoles and moment are not used: the simulated skier is still settling, splines end."""
 _UNKNOWN_TURN: Final = 5.0
 """m/s² by which a skier's acceleration before the start or after the end differs from that at it: half of g across,
 from one turn to the next."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """The fixes that a simulation from ``start`` to ``stop`` is held against.
+
+    time : (n,) s, the recording's clock;  place : (n, 2) m in the level frame;  sigma : (n,) m of each component
+    """
+
+    time: Array
+    place: Array
+    sigma: Array
+
+
+def track_of(gps: Gps, azimuth: float, start: float, stop: float, margin: float = 0.0) -> Track:
+    """The fixes between ``start`` and ``stop`` (s), both shortened by ``margin``, on a slope that falls to
+    ``azimuth`` (rad).
+    """
+    inside = (gps.time >= start + margin - 1e-9) & (gps.time <= stop - margin + 1e-9)
+    place = gps.enu[inside] @ level_to_enu(azimuth)
+    return Track(gps.time[inside], place[:, :2], gps.sigma[inside])
+
+
+def predict_fixes(model: Model, time: Array, antenna: Array, fixes: Array) -> Array:
+    """The simulated antenna (m, 3) at ``time`` (m,), slope frame, as places (n, 3) in the level frame at ``fixes``
+    (n,).
+
+    Heights over the snow count from the antenna's at the start, where the model's start puts it on the measured track.
+    A GPS clock that is late by c stamps at t + c what happened at t; the model's GPS faults displace what it reports.
+    Before the start and after the end the antenna is taken to go on with the acceleration that it has there.
+    """
+    risen = antenna - [0.0, 0.0, antenna[0, 2]]
+    level = risen @ slope_to_level(model.inclination).T
+    at = fixes - model.start.clock_offset
+    seen = _interpolate(at, time, level)
+    for outside, near, end in (
+        (at.real < time[0], slice(None, _END), 0),
+        (at.real > time[-1], slice(-_END, None), -1),
+    ):
+        if np.any(outside):
+            course = np.linalg.pinv(np.vander(time[near] - time[end], 3)) @ level[near]
+            # without a jump where the run ends
+            seen[outside] = level[end] + np.vander(at[outside] - time[end], 3)[:, :2] @ course[:2]
+    return seen + gps_offset(model.sensors, fixes)
+
+
+def _interpolate(at: Array, time: Array, values: Array) -> Array:
+    """(n, d) between the values (m, d) at ``time``, constant beyond its ends; complex numbers carry derivatives."""
+    row = np.clip(np.searchsorted(time, at.real, side="right") - 1, 0, len(time) - 2)
+    share = (at - time[row]) / (time[row + 1] - time[row])
+    share = np.where(share.real < 0.0, 0.0, np.where(share.real > 1.0, 1.0, share))[:, None]
+    return np.asarray((1.0 - share) * values[row] + share * values[row + 1])
+
+
+def correct_fixes(gps: Gps, model: Model) -> Gps:
+    """The fixes as they would be without the GPS faults that the model has."""
+    azimuth = model.fall_line_azimuth
+    offset = gps_offset(model.sensors, gps.time) @ level_to_enu(azimuth).T
+    return replace(gps, time=gps.time - model.start.clock_offset, enu=gps.enu - offset)
 
 
 class SimulatedRun(Protocol):
@@ -85,7 +153,13 @@ class Measurements:
         """Where each block stands in the vector."""
         n, m = len(self.fixes), len(self.windows)
         edges = np.cumsum([0, n, n, n, m, m])
-        return {name: slice(int(a), int(b)) for name, a, b in zip(BLOCKS, edges[:-1], edges[1:], strict=True)}
+        return {name: slice(int(a), int(b)) for name, a, b in zip(_COMPARED, edges[:-1], edges[1:], strict=True)}
+
+    @property
+    def usual(self) -> NoiseLevels:
+        """The noise that instruments of the stated quality show."""
+        stated = self.gps_sigma, self.vertical * self.gps_sigma
+        return usual_levels(*stated, mean_load(self.loads), Uncertainty().residual_moment)
 
     def time_of(self, block: str) -> Array:
         """Instants of a block's values (s)."""
@@ -135,10 +209,9 @@ def averages(time: Array, values: Array, windows: Array) -> Array:
     return (np.array(edges[1]) - np.array(edges[0])).T / INTERVAL
 
 
-def height_noise(measurements: Measurements) -> ExponentialNoise:
-    """What heights of fixes of the stated quality usually show."""
-    worse = measurements.vertical / VERTICAL
-    return ExponentialNoise(_HEIGHT_NOISE[0] * measurements.gps_sigma * worse, _HEIGHT_NOISE[1])
+def mean_load(loads: Array) -> float:
+    """N, the mean of both soles' total of loads (m, 2); 1 without any."""
+    return max(float(loads.sum(axis=1).mean()) if len(loads) else 0.0, 1.0)
 
 
 def total_and_difference(loads: Array) -> Array:
@@ -148,3 +221,152 @@ def total_and_difference(loads: Array) -> Array:
 
 def _stack(place: Array, loads: Array) -> Array:
     return np.concatenate([*place.T, total_and_difference(loads)])
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What is measured, N numbers in blocks.
+
+    mass : kg of the skier, as stated
+    measured : (N,);  blocks : where each stands;  times : of each block's rows (s)
+    scale : by how much noisier each row is than its block
+    usual : noise that instruments of the stated quality show
+    """
+
+    mass: float
+    measured: Array
+    blocks: Mapping[str, slice]
+    times: Mapping[str, Array]
+    scale: Scale
+    usual: NoiseLevels
+
+    @property
+    def has_heights(self) -> bool:
+        """Whether the fixes' heights are among the measurements."""
+        return self.times["height"].size > 0
+
+    @property
+    def moments(self) -> slice:
+        """Where the moments stand."""
+        return slice(self.blocks["moment_f"].start, self.blocks["moment_n"].stop)
+
+    @property
+    def groups(self) -> dict[str, tuple[str, ...]]:
+        """Blocks by instrument, of those that are measured."""
+        return {
+            instrument: names
+            for instrument, names in BLOCKS_OF.items()
+            if self.blocks[names[0]].stop > self.blocks[names[0]].start
+        }
+
+    def time_of(self, block: str) -> Array:
+        """Instants of a block's values (s)."""
+        return self.times[block]
+
+    def predict(self, model: Model, run: ReducedRun, balance: Balance, prepared: Prepared) -> Array:
+        """(N,) what would be measured of a run of the reduced model, which may carry a complex step.
+
+        The moment is that of the stated mass: a lighter skier is not better balanced.
+        """
+        seen = self.predict_instruments(model, run.time.real, run.antenna, run.sole_force)
+        left_over = averages(run.time.real, balance.residual(run, prepared), self.times["moment_f"])
+        return np.concatenate([seen, *(self.mass / model.skier.mass * left_over).T])
+
+    def predict_instruments(self, model: Model, time: Array, antenna: Array, sole: Array) -> Array:
+        """(N − moments,) what the instruments would measure of antenna (n, 3) m and soles (n, 2) N at ``time`` (n,)."""
+        place = predict_fixes(model, time, antenna, self.times["x"])
+        heights = place[: len(self.times["height"]), 2]
+        speed = np.gradient(antenna, time, axis=0) @ slope_to_level(model.inclination).T
+        at = self.times["speed_x"] - float(np.real(model.start.clock_offset))
+        moving = [np.interp(at, time, column) for column in speed[:, :2].T]
+        loads = insole_readings(model.sensors, averages(time, sole, self.times["load"]))
+        return np.concatenate([*place[:, :2].T, heights, *moving, total_and_difference(loads)])
+
+    def weighed(self, residual: Array, levels: NoiseLevels) -> Observation:
+        """The same where a row that a residual (N,) shows far off counts less, but for fixes, which have their counts:
+        a ski that strikes a bump, an insole that slips.  That lasts; a height is far off for itself alone.
+        """
+        more = np.ones(len(residual))
+        for name, place in self.blocks.items():
+            if name not in BLOCKS_OF["gps"]:
+                far = residual[place] / (self.scale.total[place] * levels.of(name).sigma)
+                more[place] = 1.0 / np.sqrt(tail_weight(far**2, 1))
+        lasting = more.copy()
+        lasting[self.blocks["height"]] = 1.0
+        return replace(self, scale=Scale(self.scale.lasting * lasting, self.scale.total * more))
+
+    def whiten(self, levels: NoiseLevels, columns: Array) -> Array:
+        """Columns (N, c) in units of independent noise, with the origin of heights, known to ``HEIGHT_ORIGIN``, as part
+        of the heights' noise.
+        """
+        out = np.array(columns, dtype=np.float64)
+        for name, place in self.blocks.items():
+            if place.stop > place.start:
+                out[place] = whiten(self.times[name], out[place], levels.of(name), self.scale[place])
+        if self.has_heights:
+            place, noise = self.blocks["height"], levels.of("height")
+            origin = whiten(self.times["height"], self.height_origin[place], noise, self.scale[place])[:, 0]
+            square = float(origin @ origin)
+            share = 1.0 - 1.0 / np.sqrt(1.0 + square)
+            out[place] -= share / square * np.outer(origin, origin @ out[place])
+        return out
+
+    @property
+    def height_origin(self) -> Array:
+        """(N, 1) what heights are higher by with an origin that is higher by ``HEIGHT_ORIGIN``; (N, 0) without any."""
+        column = np.zeros((len(self.measured), int(self.has_heights)))
+        column[self.blocks["height"]] = HEIGHT_ORIGIN
+        return column
+
+
+def observation_of(
+    recording: Recording, model: Model, motion: Motion, counts: Array, *, balanced: bool = True, heights: bool = False
+) -> Observation:
+    """The measurements of a recording; ``counts`` (n,) is what each fix counts (``counts_of``).  That nothing is left
+    over of the moment is among them for a skier who is taken to be ``balanced``; the fixes' ``heights`` are where they
+    have not shown the snow surface beforehand.
+
+    Raises ValueError when the recording has no GPS.
+    """
+    seen = measurements_of(recording, model, motion.start, motion.stop)
+    velocity_time, velocity = _measured_velocity(recording, model, motion)
+    windows = np.arange(motion.start + _MARGIN, motion.stop - _MARGIN, INTERVAL) if balanced else np.zeros(0)
+    high = slice(None) if heights else slice(0)
+    fixes = (*[seen.fixes] * 2, seen.fixes[high])
+    times = (*fixes, *[velocity_time] * 2, *[seen.windows] * 2, *[windows] * 3)
+    edges = np.cumsum([0, *(len(time) for time in times)])
+    measured = np.concatenate(
+        [
+            *seen.place[:, :2].T,
+            seen.place[high, 2],
+            *velocity.T,
+            total_and_difference(seen.loads),
+            np.zeros(3 * len(windows)),
+        ]
+    )
+    of_fixes = replace(seen, counts=counts).scale[: sum(len(time) for time in fixes)]
+    others = np.ones(len(measured) - len(of_fixes.total))
+    return Observation(
+        mass=recording.skier.mass,
+        measured=measured,
+        blocks={name: slice(int(a), int(b)) for name, a, b in zip(_OBSERVED, edges[:-1], edges[1:], strict=True)},
+        times=dict(zip(_OBSERVED, times, strict=True)),
+        scale=Scale(*(np.concatenate([part, others]) for part in (of_fixes.lasting, of_fixes.total))),
+        usual=usual_levels(
+            seen.gps_sigma,
+            seen.vertical * seen.gps_sigma,
+            mean_load(seen.loads),
+            recording.uncertainty.residual_moment,
+        ),
+    )
+
+
+def _measured_velocity(recording: Recording, model: Model, motion: Motion) -> tuple[Array, Array]:
+    """Instants (n,) s and the receiver's velocities over ground (n, 2) m/s, level frame; none where it gave none."""
+    gps = recording.gps
+    if gps is None or gps.speed is None or gps.course is None:
+        return np.zeros(0), np.zeros((0, 2))
+    inside = (gps.time >= motion.start) & (gps.time <= motion.stop)
+    speed, course = gps.speed[inside], gps.course[inside]
+    enu = np.stack([speed * np.sin(course), speed * np.cos(course), np.zeros(len(speed))], axis=1)
+    return gps.time[inside], (enu @ level_to_enu(model.fall_line_azimuth))[:, :2]

@@ -1,12 +1,14 @@
-"""What is uncertain about a run besides its friction, each number with what its instrument says of it beforehand."""
+"""The numbers that are sought of a run, each with what is known of it beforehand."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 from sssi_exudyn.contact.registry import is_carved
+from sssi_exudyn.contact.term import parameters
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.number_ref import (
     CLOCK_OFFSET,
     HEADING_OFFSET,
@@ -19,7 +21,8 @@ from sssi_exudyn.core.number_ref import (
     VELOCITY_L,
     NumberRef,
 )
-from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.core.text import did_you_mean
+from sssi_exudyn.fitting.objective import Prior, Problem
 from sssi_exudyn.fitting.posture_errors import LEANS, TURNS, PostureError, errors_of
 from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm, Sensor
 from sssi_exudyn.model.model import Model
@@ -72,10 +75,8 @@ _POSTURE: Final = {
 
 
 @dataclass(frozen=True)
-class Unknown:
-    """A number that is sought: its names in the model, several where they move together, and what is known of it
-    beforehand.
-    """
+class Parameter:
+    """A number that is fitted: its names in the model (several move together), and what is known of it beforehand."""
 
     names: tuple[NumberRef, ...]
     prior: Prior
@@ -126,7 +127,7 @@ def snow_beforehand(model: Model) -> Mapping[NumberRef, Prior]:
     return CUTTING if is_carved(model.terms) else FREE
 
 
-def unknown_numbers(model: Model, priors: Mapping[NumberRef, Prior], recording: Recording) -> tuple[Unknown, ...]:
+def unknown_numbers(model: Model, priors: Mapping[NumberRef, Prior], recording: Recording) -> tuple[Parameter, ...]:
     """The numbers that the model's laws, start and instruments know; ``priors`` are those of the fit to the track."""
     about = recording.uncertainty
     found = {**snow_beforehand(model), **started_anywhere(priors)}
@@ -145,7 +146,7 @@ def unknown_numbers(model: Model, priors: Mapping[NumberRef, Prior], recording: 
         for side in ("left", "right"):
             gain = NumberRef.of(InsoleGain.name, side)
             found[gain] = Prior(model.value(gain), about.insole_gain)
-    return tuple(Unknown((name,), prior) for name, prior in found.items() if prior.sigma > 0.0)
+    return tuple(Parameter((name,), prior) for name, prior in found.items() if prior.sigma > 0.0)
 
 
 def posture_errors(
@@ -161,3 +162,34 @@ def posture_errors(
         sizes |= {kind: (getattr(assumed, kind),) * 2 for kind in (*TURNS, "height")}
     sizes |= dict.fromkeys(LEANS, (about.trunk, about.trunk_wander))
     return errors_of(sizes, start, stop)
+
+
+def seek_too(problem: Problem, names: Sequence[str]) -> Problem:
+    """The problem with further numbers of the model's terms sought, by their names (``my_snow.c``).
+
+    Beforehand each is known to half the range of its bounds, as one standard deviation; the paper's bare objective
+    knows nothing of any.  Raises InputError for a number that no term of the model has, or that is sought already.
+    """
+    known = numbers_of_terms(problem.model)
+    priors = dict(problem.priors)
+    for name in map(NumberRef, names):
+        if name not in known:
+            raise InputError(
+                "--parameter", name, "no force term of the model has this number", did_you_mean(name, known)
+            )
+        if name in problem.names:
+            raise InputError("--parameter", name, "this number is fitted anyway", "leave it out")
+        if priors:
+            low, high = problem.model.bounds(name)
+            priors[name] = Prior(problem.model.value(name), 0.5 * (high - low))
+    return replace(problem, names=(*problem.names, *dict.fromkeys(map(NumberRef, names))), priors=priors)
+
+
+def numbers_of_terms(model: Model) -> tuple[NumberRef, ...]:
+    """Names of all numbers of a model's terms; those of a second term of a kind are ``name#2.number``."""
+    found, seen = [], dict[str, int]()
+    for term in model.terms:
+        seen[term.name] = seen.get(term.name, 0) + 1
+        owner = term.name if seen[term.name] == 1 else f"{term.name}#{seen[term.name]}"
+        found += [NumberRef.of(owner, number) for number in parameters(term)]
+    return tuple(found)

@@ -26,6 +26,8 @@ from scipy.linalg import cho_solve
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.evidence import Freedom, LinearProblem, best_levels, log_evidence, precision
+from sssi_exudyn.fitting.linear_fit import averaged_covariance, draw_amounts, widening
 from sssi_exudyn.fitting.linearised_run import (
     Point,
     Responses,
@@ -37,20 +39,9 @@ from sssi_exudyn.fitting.linearised_run import (
     point_at,
     responses_to_numbers,
 )
-from sssi_exudyn.fitting.noise import (
-    BEFOREHAND,
-    WEIGHINGS,
-    Levels,
-    LinearRun,
-    averaged_covariance,
-    draw,
-    precision,
-    weigh_noise,
-    widening,
-)
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.optimise import Optimum, minimise
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.terrain.from_heights import TILTS
 
 MEASUREMENTS: Final = "measurements"
 """Where the uncertainty by the instruments' noise is counted."""
@@ -90,7 +81,7 @@ class Posterior:
     values, covariance : θ (k,) and (k, k), all else integrated out
     sizes : (m,) η, in standard deviations, the skier's mass last
     shares : standard deviation of each of θ (k,) by the group that it comes from; their squares add up
-    levels : noise by block;  predicted : (N,) what would be measured of the model
+    levels : of the noise;  predicted : (N,) what would be measured of the model
     beyond : (N,) what of that the full model adds to the reduced one;  responses : of the last round
     optimum : how the last search ended, its objective that of the last point;  rounds : linearisations
     moved : standard deviations by which the last round moved
@@ -102,7 +93,7 @@ class Posterior:
     covariance: Array
     sizes: Array
     shares: Mapping[str, Array]
-    levels: Levels
+    levels: NoiseLevels
     predicted: Array
     beyond: Array
     responses: Responses
@@ -131,7 +122,19 @@ class Posterior:
     @property
     def widened(self) -> float:
         """By how much standard errors were widened for what the model lacks."""
-        return widening(self.setting.seen, self.levels)
+        return widening(self.setting.seen.usual, self.levels)
+
+    @property
+    def linear(self) -> LinearProblem:
+        """The run linearised about the estimate, θ first, then η, then where heights count from."""
+        return _linear(self.setting, self, self.responses)
+
+    @property
+    def log_evidence(self) -> float:
+        """Log probability density of all measurements (SI units), all that is uncertain integrated out about the
+        estimate: what two laws leave of one recording may be compared by it.
+        """
+        return log_evidence(self.linear, self.levels)
 
     @property
     def residual(self) -> Array:
@@ -160,7 +163,7 @@ def find_posterior(
     """
     point, responses = linearise_at(model, setting) if known is None else _linearise_known(model, setting, known)
     seen = setting.seen
-    levels: Levels = seen.usual
+    levels = seen.usual
     linearised, moved, kept = point.sizes, np.inf, True
     for rounds in range(1, ROUNDS + 1):
         if rounds > 1:
@@ -170,8 +173,8 @@ def find_posterior(
             linearised = point.sizes if again else linearised
             if not comparing:
                 setting = replace(setting, seen=seen.weighed(seen.measured - point.predicted, levels))
-        setting = _weigh_surface(setting, point, responses, levels)
-        levels = weigh_noise(_linear(setting, point, responses), levels)
+        levels, _ = best_levels(_linear_by_waves(setting, point, responses), levels)
+        setting = setting.with_waves(levels.surface)
         found = _solve(setting, point, responses, levels)
         before = point
         point, misfit, kept = _step(setting, point, responses, levels, found)
@@ -207,7 +210,7 @@ def find_posterior(
 
 
 def _in_the_end(
-    setting: Setting, point: Point, responses: Responses, levels: Levels, found: _Found
+    setting: Setting, point: Point, responses: Responses, levels: NoiseLevels, found: _Found
 ) -> tuple[Array, dict[str, Array]]:
     """θ's covariance (k, k) and standard deviations (k,) by group: averaged over how long the fixes' noise remembers,
     and widened by what the model lacks.
@@ -217,7 +220,7 @@ def _in_the_end(
     covariance = averaged * np.outer(setting.sigmas, setting.sigmas)
     of_noise = found.shares[MEASUREMENTS] ** 2 + np.diag(covariance - found.covariance)
     shares = {**found.shares, MEASUREMENTS: np.sqrt(np.maximum(of_noise, 0.0))}
-    wide = widening(setting.seen, levels)
+    wide = widening(setting.seen.usual, levels)
     return covariance * wide**2, {group: wide * share for group, share in shares.items()}
 
 
@@ -285,67 +288,38 @@ class _Whitened:
         )
 
 
-def _whiten(setting: Setting, point: Point | Posterior, responses: Responses, levels: Levels) -> _Whitened:
+def _whiten(setting: Setting, point: Point | Posterior, responses: Responses, levels: NoiseLevels) -> _Whitened:
     residual = setting.seen.measured - point.predicted + responses.by_error @ point.sizes
     table = setting.seen.whiten(levels, np.column_stack([residual, responses.by_number, responses.by_error]))
     k = len(setting.unknowns)
     return _Whitened(table[:, 0], table[:, 1 : 1 + k], table[:, 1 + k :])
 
 
-def linear_run(found: Posterior) -> LinearRun:
-    """The run linearised about an estimate, θ first, then η."""
-    return _linear(found.setting, found, found.responses)
-
-
-def log_evidence(found: Posterior) -> float:
-    """Log probability density of all measurements (SI units), all that is uncertain integrated out about the estimate:
-    what two laws leave of one recording may be compared by it.
-    """
-    return linear_run(found).log_evidence(found.levels)
-
-
 def draw_numbers(found: Posterior, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
     """θ (count, k), within their bounds, and η (count, m), drawn together from what is known about the estimate."""
     setting = found.setting
-    off = draw(linear_run(found), found.levels, count, rng)
+    off = draw_amounts(found.linear, found.levels, count, rng)
     k = len(setting.unknowns)
     bounds = np.array([found.model.bounds(name) for name in setting.names])
     values = np.clip(found.values + found.widened * off[:, :k] * setting.sigmas, bounds[:, 0], bounds[:, 1])
-    return values, found.sizes + off[:, k:]
+    return values, found.sizes + off[:, k : k + len(found.sizes)]
 
 
-def _weigh_surface(setting: Setting, point: Point, responses: Responses, levels: Levels) -> Setting:
-    """With the size of the snow surface's modes beforehand that the measurements show, by expectation and maximisation:
-    poor heights say little of how rough a slope is, and the soles' loads much.  A process begins with the plane's tilt,
-    of which that says nothing.
-    """
-    modes = setting.of_surface
-    modes[np.flatnonzero(setting.of_process)[:TILTS]] = False
-    if not np.any(modes):
-        return setting
-    places = np.flatnonzero(modes)
-    sigma = float(setting.sigmas[places[0]])
-    y, u = _linear(setting, point, responses).whitened(levels)
-    for _ in range(WEIGHINGS):
-        factor = precision(u)
-        amounts = cho_solve(factor, u.T @ y)[places]
-        left = np.diag(cho_solve(factor, np.eye(u.shape[1])))[places]
-        square = sigma**2 * float(amounts @ amounts + np.sum(left))
-        before, sigma = sigma, float(np.sqrt((square + BEFOREHAND) / (len(places) + BEFOREHAND)))
-        u[:, places] *= sigma / before
-    unknowns = (
-        replace(each, prior=replace(each.prior, sigma=sigma)) if of_surface else each
-        for each, of_surface in zip(setting.unknowns, modes, strict=True)
-    )
-    return replace(setting, unknowns=tuple(unknowns))
-
-
-def _linear(setting: Setting, point: Point | Posterior, responses: Responses) -> LinearRun:
-    """A run linearised about a point in θ and η."""
+def _linear(setting: Setting, point: Point | Posterior, responses: Responses) -> LinearProblem:
+    """A run linearised about a point in θ, η and where heights count from."""
+    seen, none = setting.seen, np.zeros((len(setting.seen.measured), 0))
     ahead = responses.by_error @ point.sizes + responses.by_number @ (setting.values(point.model) - setting.means)
-    residual = setting.seen.measured - point.predicted + ahead
-    columns = np.column_stack([responses.by_number * setting.sigmas, responses.by_error])
-    return LinearRun(setting.seen, residual, columns)
+    columns = np.column_stack([responses.by_number, responses.by_error, seen.height_origin])
+    scales = np.ones(columns.shape[1])
+    scales[: len(setting.sigmas)] = setting.sigmas
+    return LinearProblem(seen, seen.measured - point.predicted + ahead, Freedom(columns, scales), none, none)
+
+
+def _linear_by_waves(setting: Setting, point: Point, responses: Responses) -> LinearProblem:
+    """The same with the waves of the snow apart, whose size beforehand is a level of the noise."""
+    whole, waves = _linear(setting.with_waves(1.0), point, responses), np.flatnonzero(setting.waves)
+    free = Freedom(np.delete(whole.free.columns, waves, axis=1), np.delete(whole.free.scales, waves))
+    return replace(whole, free=free, surface=whole.free.columns[:, waves])
 
 
 @dataclass(frozen=True)
@@ -359,7 +333,7 @@ class _Found:
     shares: Mapping[str, Array]
 
 
-def _solve(setting: Setting, point: Point, responses: Responses, levels: Levels, damping: float = 0.0) -> _Found:
+def _solve(setting: Setting, point: Point, responses: Responses, levels: NoiseLevels, damping: float = 0.0) -> _Found:
     """``damping`` holds θ and η where they are, as if they were known there to 1/√damping of their priors' spread."""
     white = _whiten(setting, point, responses, levels)
     if damping > 0.0:
@@ -409,7 +383,7 @@ def _shares(setting: Setting, covariance: Array, weighted: Array, errors: Array)
 
 
 def _step(
-    setting: Setting, point: Point, responses: Responses, levels: Levels, found: _Found
+    setting: Setting, point: Point, responses: Responses, levels: NoiseLevels, found: _Found
 ) -> tuple[Point, float, bool]:
     """The next point, its misfit, and whether that is as low as promised: the whole step, or the best of steps that are
     damped more and more (Levenberg and Marquardt).
@@ -436,7 +410,7 @@ def _step(
     return best, least, first - least > _KEPT * promised
 
 
-def _misfit(setting: Setting, levels: Levels, values: Array, sizes: Array, predicted: Array) -> float:
+def _misfit(setting: Setting, levels: NoiseLevels, values: Array, sizes: Array, predicted: Array) -> float:
     """Half of χ², of the measurements and of what was known beforehand."""
     residual = setting.seen.whiten(levels, (setting.seen.measured - predicted)[:, None])[:, 0]
     prior = (values - setting.means) / setting.sigmas

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array, slope_to_enu
 from sssi_exudyn.core.noise import ExponentialNoise
-from sssi_exudyn.fitting.observation import LOADS, SPEED
+from sssi_exudyn.fitting.noise import NOISE
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.from_recording import motion_from_recording
@@ -36,8 +36,6 @@ from sssi_exudyn.terrain.from_heights import (
 )
 from sssi_exudyn.terrain.surface import Surface
 
-MEMORY: Final = 3.0
-"""s over which a receiver's error of height is correlated (as that of its place: ``core.noise``)."""
 BAROMETER: Final = (0.12, ExponentialNoise(4.5, 1000.0))
 """Of a barometer's heights: twice what is independent (m), and a wander of 0.2 m in a second, as a logger's show that
 went down a glacier; it forgets in 1000 s, much longer than a run."""
@@ -82,8 +80,8 @@ def _noticed(recording: Recording) -> Noticed:
     assert recording.gps is not None
     return Noticed(
         _NOTICED * float(np.median(recording.gps.sigma)),
-        np.inf if recording.gps.speed is None else _NOTICED * SPEED.sigma,
-        np.inf if recording.insoles is None else _NOTICED_LOAD * LOADS["load"][0] * GRAVITY,
+        np.inf if recording.gps.speed is None else _NOTICED * NOISE.speed.size,
+        np.inf if recording.insoles is None else _NOTICED_LOAD * NOISE.load.size * GRAVITY,
         np.inf if recording.insoles is None else _NOTICED_TILT,
     )
 
@@ -253,8 +251,8 @@ def snow_heights(gps: Gps, motion: Motion, model: Model) -> Heights:
     share /= share.sum(axis=1, keepdims=True)
     snow = np.sum(share[..., None] * edges, axis=1)
     height = snow[:, 2] - replace(model, surface=None).snow(snow)[0]
-    sigma = gps.vertical * gps.sigma[inside]
-    noise = ExponentialNoise(float(np.median(sigma)), MEMORY)
+    sigma = NOISE.height.size * gps.vertical * gps.sigma[inside]
+    noise = ExponentialNoise(float(np.median(sigma)), NOISE.height.memory)
     if gps.barometric:
         independent, noise = BAROMETER
         sigma = np.full(len(time), independent)

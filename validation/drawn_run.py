@@ -42,5 +42,5 @@ def draw_run(model: Model, setting: Setting, rng: np.random.Generator) -> DrawnR
     seen = setting.seen
     for block, rows in seen.blocks.items():
         if rows.stop > rows.start:
-            measured[rows] += draw_uneven_noise(rng, seen.times[block], seen.usual[block], seen.scale[rows])
+            measured[rows] += draw_uneven_noise(rng, seen.times[block], seen.usual.of(block), seen.scale[rows])
     return DrawnRun(replace(setting, seen=replace(seen, measured=measured)), values, sizes)

@@ -21,8 +21,8 @@ import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.first_fit import COARSE_STEP, Fitted, fit_reduced
-from sssi_exudyn.fitting.gps_observation import Track
 from sssi_exudyn.fitting.objective import Problem
+from sssi_exudyn.fitting.observations import Track
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.few_sensors.complete import Completed

@@ -23,6 +23,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from sssi_exudyn.bodies.skier.chain import Geometry
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantity
 
@@ -79,6 +80,22 @@ def ski_on_foot(ramp_angle: float) -> Array:
     The toes point down against the ski by ``ramp_angle`` (rad).
     """
     return np.asarray(Rotation.from_rotvec([0.0, -ramp_angle, 0.0]).as_matrix())
+
+
+def seat_of_ski(geometry: Geometry, calcaneus: int, boot_centre: float, ramp_angle: float) -> tuple[Array, Array]:
+    """Return place (3,) m and attitude (3, 3) in a calcaneus of the ski's frame, under the boot's centre on the base.
+
+    Parameters
+    ----------
+    calcaneus : index of the segment, one of ``FEET``
+    boot_centre : m from the ankle forward along the ski to the middle of the boot's sole
+    ramp_angle : rad by which the foot's toes point down against the ski
+    """
+    ramp = ski_on_foot(ramp_angle)
+    sole = ramp @ np.array([boot_centre, 0.0, -geometry.ankle_to_ski_base])
+    # the ankle, from which the sole is measured along the foot's axes, is the talus' origin
+    heel = geometry.attitude_in_parent[calcaneus].T @ geometry.joint_in_parent[calcaneus]
+    return sole - heel, ramp
 
 
 def find_cuffs(

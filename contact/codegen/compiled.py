@@ -180,9 +180,10 @@ def compile_kernel(*templates: ModuleType) -> ModuleType:
     does), and leave names that begin with an underscore to the generated functions.  A module of formulas (``formula``)
     may stand among the templates: its compiled functions are written instead of its text.
 
-    Raises ValueError for a template without a source file.
+    Raises ValueError for a template without a source file, and where two templates mean different things by a name.
     """
     if templates not in _kernels:
+        _check_names(templates)
         # imports from __future__ must come first; Numba looks names up when a function is first called
         formulas = [one for template in templates for one in formulas_of(template)]
         kernels = [template for template in templates if not formulas_of(template)]
@@ -195,6 +196,19 @@ def compile_kernel(*templates: ModuleType) -> ModuleType:
         written = [one.source() for one in formulas]
         _kernels[templates] = _module("\n\n".join([_FUTURE, *texts, names, shared, laws, *written]))
     return _kernels[templates]
+
+
+def _check_names(templates: Sequence[ModuleType]) -> None:
+    """Raise ValueError where a template would replace what another one means by a name: they become one module."""
+    known: dict[str, tuple[object, ModuleType]] = {}
+    for template in templates:
+        formulas = formulas_of(template)
+        names = {formula.name: formula for formula in formulas} if formulas else vars(template)
+        for name, value in names.items():
+            other, owner = known.setdefault(name, (value, template))
+            same = other is value or (isinstance(value, (float, int, str, tuple)) and other == value)
+            if not same and not name.startswith("__"):
+                raise ValueError(f"the templates {owner.__name__} and {template.__name__} both define {name}")
 
 
 def _imported(templates: Sequence[ModuleType]) -> list[ModuleType]:

@@ -65,16 +65,16 @@ class PostureAir(SegmentTerm):
     replaces: ClassVar[tuple[str, ...]] = (AirDrag.name,)
     sources: ClassVar[tuple[str, ...]] = (
         "paper, 2.2.4",
-        "drag areas of skiers from 0.15 m² (tuck) to 0.6 m² (upright): Barelle et al., Sports Eng. 7 (2004) 107",
+        "drag areas of skiers from 0.23 m² (tuck) to 0.66 m² (upright): Appl. Sci. 12 (2022) 902",
         "lift: K. Watanabe, T. Ohtsuki, Ergonomics 20 (1977)",
     )
 
     c_d: float = quantity(
-        1.0,
+        1.17,
         "1",
         low=0.1,
         high=2.0,
-        source="chosen: drag areas of an upright skier and of a tuck are then within what was measured",
+        source="1.17 ± 0.09, ten upright skiers with boots, skis, poles in a wind tunnel: Appl. Sci. 12 (2022) 902",
         meaning="drag coefficient of a segment",
     )
     rho: float = _density()

@@ -90,7 +90,7 @@ def technique(result: SimulationResult) -> Technique:
         load=load,
         share=weight,
         total_force=total,
-        snow_force=np.linalg.norm(_lowpass(result.time, result.snow_force), axis=-1),
+        snow_force=np.linalg.norm(_lowpass(result.time, result.snow.force), axis=-1),
     )
 
 

@@ -28,8 +28,8 @@ from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
 from sssi_exudyn.fitting.first_fit import Fitted, problem_of
 from sssi_exudyn.fitting.first_fit import fit as fit_problem
-from sssi_exudyn.fitting.gps_observation import correct_fixes
-from sssi_exudyn.fitting.more_parameters import seek_too
+from sssi_exudyn.fitting.observations import correct_fixes
+from sssi_exudyn.fitting.parameters import seek_too
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.io.writing import folder_lock, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of
@@ -66,6 +66,7 @@ from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.plugins import origin_of, origins_of
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
+from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.full.run import simulate as simulate_model
 from sssi_exudyn.simulation.reduced.balanced_lean import balance
 from sssi_exudyn.simulation.result import SimulationResult
@@ -383,7 +384,7 @@ def write_outcome(
     run = StoredRun(
         summary, series, model, measured, motion.geometry, turns, outcome.second_half, diagnosis, outcome.draws
     )
-    made = Made(run, opensim_texts(result, motion.geometry, model.inclination))
+    made = Made(run, opensim_texts(result, Parts(model, motion)))
     if out is not None:
         write_run(out, run, made.opensim)
     return made

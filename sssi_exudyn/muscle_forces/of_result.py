@@ -95,19 +95,10 @@ def joint_forces(run: StoredRun, parts: Parts, angles: Array, rates: Array, acce
         accelerations=np.hstack([CubicSpline(run.time, velocity)(run.time, 1), accelerations]),
         com=run.com,
         com_velocity=CubicSpline(run.time, run.com)(run.time, 1),
-        snow=np.stack([_snow_force(run, side) for side in sides], axis=1),
+        snow=np.stack([run.snow_force(side) for side in sides], axis=1),
         ski_acceleration=np.stack(skis, axis=1),
     )
     return loads.joint_forces(parts, movement)
-
-
-def _snow_force(run: StoredRun, side: str) -> Array:
-    """Return the force (n, 3) N on a ski: its load along the snow's normal, and friction."""
-    load = run.series[f"{side}_load_N"].to_numpy(dtype=float)
-    _, rising = run.model.snow(run.slope(f"{side}_foot", "m"))
-    normal = np.column_stack([-rising, np.ones(len(load))])
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.asarray(load[:, None] * normal + run.slope(f"{side}_friction", "N"))
 
 
 def group_activation(run: MuscleRun, side: str, region: str, group: str, forces: MuscleForces | None = None) -> Array:

@@ -35,7 +35,10 @@ def turn_page(skis: Sequence[Ski], points: Sequence[RigPoint], case: TurnCase) -
         Section("Radius", (_over_edge(names, points, "radius (m)", _radius_bar), Grid(_radius_rows(names, points)))),
         Section(f"Against {names[0]}", _differences(names, points)),
         Section("Side reserve", (Text(_RESERVE), _over_edge(names, points, "side reserve (1)", _reserve_bar))),
-        Section("What the snow takes", (_over_edge(names, points, "drag (N)", _drag), Grid(_loss_rows(points)))),
+        Section(
+            "What the snow takes",
+            (Text(_BALANCE), _over_edge(names, points, "drag (N)", _drag), Grid(loss_rows(points))),
+        ),
         Section("Along the edge", _along(names, points)),
         Section("What the bars are made of", (Grid(_share_rows(points)), Items(_sources()))),
         Section("Skis", (Grid(_ski_rows(skis)), Items(tuple(f"{ski.name}: {ski.source}" for ski in skis)))),
@@ -47,6 +50,11 @@ def turn_page(skis: Sequence[Ski], points: Sequence[RigPoint], case: TurnCase) -
 _RESERVE: Final = (
     "The share of what the groove's wall bears along the edge that is not used. Where it falls the ski skids; at 0 it "
     "slips out of the turn."
+)
+_BALANCE: Final = (
+    "Drag is the snow's force against the path of the boot centre; the power is what the skier gives against the "
+    "snow's force and moment. Friction along the edge, compaction of the snow ahead and skidding across the edge take "
+    "it; what is left over is the solver's."
 )
 _Bar = Callable[[RigPoint], tuple[float, float, float]]
 """A point's value, and its uncertainty downwards and upwards."""
@@ -140,23 +148,23 @@ def _radius_text(point: RigPoint) -> str:
     return f"{_number(point.radius)} ({_number(point.radius_low)} to {_number(point.radius_high)}) m"
 
 
-def _loss_rows(points: Sequence[RigPoint]) -> list[list[str]]:
-    rows = [["", "drag", "friction", "compaction", "skid", "groove", "sideslip"]]
+def loss_rows(points: Sequence[RigPoint]) -> list[list[str]]:
+    """Return the table of drag and power, the headline first: a row a point, its losses and what they leave over."""
+    rows = [["", "drag", "power", "friction", "compaction", "skid", "left over", "groove", "sideslip"]]
     for point in points:
         turn = point.turn
         name = f"{point.ski}, {np.degrees(point.edge):.0f}°"
         if turn is None:
-            rows.append([name, point.problem, "", "", "", "", ""])
+            rows.append([name, point.problem, *[""] * (len(rows[0]) - 2)])
             continue
+        taken = (turn.friction, turn.compaction, turn.skid)
         rows.append(
             [
                 name,
                 f"{turn.drag:.0f} N",
-                f"{turn.friction:.0f} W",
-                f"{turn.compaction:.0f} W",
-                f"{turn.skid:.0f} W",
+                *(f"{power:.0f} W" for power in (turn.power, *taken, turn.power - sum(taken))),
                 f"{1e3 * turn.groove.max():.1f} mm",
-                f"{np.degrees(turn.sideslip):.2f}°",
+                f"{np.degrees(np.arctan(turn.sideslip)):.2f}°",
             ]
         )
     return rows

@@ -39,7 +39,15 @@ SUMMARY, SERIES, MODEL, DIAGNOSIS, REPORT = (
     "report.html",
 )
 TURNS: tuple[str, str] = ("turns.csv", "turns.parquet")
-OPENSIM = ("coordinates.mot", "snow_forces.mot", "joint_moments.sto", "markers.trc")
+OPENSIM = (
+    "coordinates.mot",
+    "snow_forces.mot",
+    "joint_moments.sto",
+    "markers.trc",
+    "skier.osim",
+    "external_loads.xml",
+    "inverse_dynamics.xml",
+)
 MUSCLES = ("muscle_activations.sto", "muscle_forces.sto")
 MEASURED, SKELETON = "measured.parquet", "skeleton.json"
 SECOND_HALF, DRAWS = "second_half.parquet", "draws.parquet"
@@ -266,6 +274,8 @@ def _read_summary_table(folder: Path) -> dict[str, Any]:
 
 _CUFFS: Final = tuple(cuff_column(side, "flexion") for side in SIDES)
 """Columns from which muscles are computed, only in results with boots."""
+_SNOW: Final = tuple(column for side in SIDES for column in _vector(f"{side}_snow_force", "N"))
+"""Columns that older results lack."""
 
 
 def read_series(folder: Path) -> pd.DataFrame:
@@ -279,7 +289,10 @@ def read_series(folder: Path) -> pd.DataFrame:
     if series.empty:
         raise InputError(path, "", "there is no sample", "run again")
     check_time(path, series, MAX_DURATION, strict=True)
-    check_finite(path, series, [*_SERIES, *(name for name in _CUFFS if name in series)])
+    if len(set(_SNOW) & set(series.columns)) not in (0, len(_SNOW)):
+        missing = next(name for name in _SNOW if name not in series)
+        raise InputError(path, f"column {missing}", "the column is missing", "run again")
+    check_finite(path, series, [*_SERIES, *(name for name in (*_CUFFS, *_SNOW) if name in series)])
     return series
 
 

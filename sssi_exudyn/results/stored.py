@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from sssi_exudyn.analysis.turns import LEAST_SAMPLES, Turns, find_turns
@@ -85,6 +86,19 @@ class StoredRun:
         columns = [f"{name}_{axis}_{unit}" for axis in ("east", "north", "up")]
         turned = slope_to_enu(self.model.inclination, self.model.fall_line_azimuth)
         return self.series[columns].to_numpy(dtype=float) @ turned
+
+    def snow_force(self, side: str) -> Array:
+        """(n, 3) N, the snow's whole force on the ``left`` or ``right`` ski in the slope frame.
+
+        An older result lacks its columns: there it is the load along the snow's normal under the foot, and friction.
+        """
+        if f"{side}_snow_force_up_N" in self.series:
+            return self.slope(f"{side}_snow_force", "N")
+        load = self.series[f"{side}_load_N"].to_numpy(dtype=float)
+        _, rising = self.model.snow(self.slope(f"{side}_foot", "m"))
+        normal = np.column_stack([-rising, np.ones(len(load))])
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        return np.asarray(load[:, None] * normal + self.slope(f"{side}_friction", "N"))
 
 
 def read_run(folder: Path) -> StoredRun:

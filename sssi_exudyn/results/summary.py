@@ -169,7 +169,11 @@ class Solver:
 
 @dataclass(frozen=True)
 class Energy:
-    """Largest gap of the energy balance in percent of the turnover, and the work of each term over the run."""
+    """Largest gap of the energy balance in percent of the turnover, and what each term did from start to end.
+
+    work_J : J, the work of each term; of ``kinetic`` and ``elastic`` the energy gained.  The works' sum is what these
+        two gained, but for the gap
+    """
 
     closure_percent: float | None = None
     work_J: Mapping[str, float | None] | None = None

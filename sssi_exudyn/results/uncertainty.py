@@ -8,13 +8,15 @@ import numpy as np
 from scipy.stats import norm
 
 from sssi_exudyn.fitting.parameters import MASS, snow_beforehand
-from sssi_exudyn.fitting.posterior import Posterior, log_evidence
+from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.fitting.posture_errors import PostureError
 from sssi_exudyn.results.summary import Correction, Interval, Noise, UncertaintyFigures
 
 _SHOWN: Final = 8
 _FAR: Final = 3.0
 """Standard deviations beyond which a correction does not fit its prior."""
+_INSTRUMENTS: Final = {"gps": "fixes", "difference": "load difference"}
+"""Instruments whose noise has another name in ``summary.json``."""
 _SIDES: Final = {0: "left foot's ", 1: "right foot's ", -1: ""}
 
 
@@ -38,19 +40,21 @@ def uncertainty_figures(posterior: Posterior) -> UncertaintyFigures:
         intervals[key] = Interval(max(low, value - half * spread), min(high, value + half * spread))
         shares[key] = posterior.share(name)
     rms = {} if posterior.model.posture is None else posterior.model.posture.rms()
-    groups = setting.seen.groups
+    usual = setting.seen.usual
     return UncertaintyFigures(
         interval_90=intervals,
         shares=shares,
         posture_rms_deg={name: float(np.degrees(value)) for name, value in rms.items()},
         largest=tuple(corrections[:_SHOWN]),
         noise={
-            group: Noise(level.sigma, level.correlation_time, level.sigma / setting.seen.usual[names[0]].sigma)
-            for group, names in groups.items()
-            for level in (posterior.levels[names[0]],)
+            _INSTRUMENTS.get(name, name): Noise(
+                level.sigma, level.correlation_time, level.sigma / usual.of(blocks[0]).sigma
+            )
+            for name, blocks in setting.seen.groups.items()
+            for level in (posterior.levels.of(blocks[0]),)
         },
         fits_priors=abs(corrections[0].sigmas) <= _FAR,
-        log_evidence=log_evidence(posterior),
+        log_evidence=posterior.log_evidence,
         widened=posterior.widened,
     )
 

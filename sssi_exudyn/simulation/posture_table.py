@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sssi_exudyn.bodies.skier.anthropometry import SegmentInertia
-from sssi_exudyn.bodies.skier.boot import ski_on_foot
+from sssi_exudyn.bodies.skier.boot import seat_of_ski
 from sssi_exudyn.bodies.skier.chain import FEET, SEGMENT, forward_kinematics, jacobians, mean_jacobian, rates
 from sssi_exudyn.core.frames import Array, cross
 from sssi_exudyn.motion.motion import Motion
@@ -123,11 +123,8 @@ def posture_at(
         )
 
     feet = list(FEET)
-    ramp = ski_on_foot(ramp_angle)
-    sole = ramp @ np.array([boot_centre, 0.0, -motion.geometry.ankle_to_ski_base])
-    # the ankle, from which the sole is measured along the foot's axes, is the talus' origin
-    heel = [motion.geometry.attitude_in_parent[foot].T @ motion.geometry.joint_in_parent[foot] for foot in feet]
-    foot_place, foot_velocity, foot_acceleration = points(feet, sole - np.stack(heel))
+    soles, ramps = zip(*(seat_of_ski(motion.geometry, foot, boot_centre, ramp_angle) for foot in feet), strict=True)
+    foot_place, foot_velocity, foot_acceleration = points(feet, np.stack(soles))
     place, velocity, acceleration = points(range(len(inertias)), np.stack([body.com for body in inertias]))
     mass = np.array([body.mass for body in inertias])
     share = mass / mass.sum()
@@ -151,7 +148,7 @@ def posture_at(
         foot_place=foot_place,
         foot_velocity=foot_velocity,
         foot_acceleration=foot_acceleration,
-        foot_rotation=poses.rotation[:, feet] @ ramp,
+        foot_rotation=poses.rotation[:, feet] @ np.stack(ramps),
         foot_spin=moving.angular_velocity[:, feet],
         foot_spin_rate=moving.angular_acceleration[:, feet],
         foot_jacobian=linear[:, :2],

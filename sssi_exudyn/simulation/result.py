@@ -6,7 +6,8 @@ Vectors are in the slope frame (f down the fall line, l left, n normal; see ``fr
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,6 +43,45 @@ class EdgeSeries:
     across: Array
 
 
+PRESSED = 20.0
+"""N along the snow's normal below which a ski has no centre of pressure: the usual threshold of force plates."""
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """A force on each ski, N, and its moment about the foot's place, N m; n instants, arrays (n, 2, 3)."""
+
+    force: Array
+    moment: Array
+
+
+@dataclass(frozen=True)
+class SnowWrench(Wrench):
+    """What the snow does to each ski, normal forces and friction, n instants, arrays (n, 2, 3).
+
+    normal : unit vector along the snow's normal under the foot
+    """
+
+    normal: Array
+
+    @cached_property
+    def pressure_arm(self) -> Array:
+        """(n, 2, 3) m from the foot's place to the centre of pressure.
+
+        That is the point of the plane through the foot's place, parallel to the snow, about which the moment is along
+        the normal.  Zero where the ski presses with less than ``PRESSED``.
+        """
+        load = np.sum(self.force * self.normal, axis=-1, keepdims=True)
+        pressed = load > PRESSED
+        arm = np.cross(self.normal, self.moment) / np.where(pressed, load, 1.0)
+        return np.where(pressed, arm, 0.0)
+
+    @cached_property
+    def free_moment(self) -> Array:
+        """(n, 2, 3) N m about the centre of pressure: along the normal where the ski presses."""
+        return np.asarray(self.moment - np.cross(self.pressure_arm, self.force))
+
+
 def side_reserve(most: Array, borne: Array) -> Array:
     """Share of what walls bear at most (…) N that they do not bear (…) N; 0 off the snow."""
     cutting = most > 0.0
@@ -67,6 +107,7 @@ class SimulationResult:
     foot_friction : (n, 2, 3) N, friction on each foot
     foot_position, foot_velocity : (n, 2, 3) m, m/s; where that friction acts
     foot_forward : (n, 2, 3), unit vector along each ski
+    snow : the snow's whole force on each ski and its moment about ``foot_position``
     edge_angle : (n, 2) rad, between ski base and snow about the ski's long axis
     penetration : (n, 2) m, the deepest contact point of each ski
     drag : (n, 3) N, the air's force on the whole skier
@@ -78,6 +119,10 @@ class SimulationResult:
     statistics : about the solver: steps, wall_s, newton_iterations, jacobians, backend
     edges : of skis that cut the snow; None by the paper's law
     pole_force : (n, 2, 3) N of the poles on the hands; None without
+    segment_drag : (n, 3) N of the air on each exposed segment's centre of mass, by segment; their sum is ``drag``
+    ski_bending : what bending skis, and skis that move in their boots, do to the feet beyond what rigid ones would
+        under the same snow, as a wrench on these; None where it was not found
+    body_force : (n, 3) N that acts on skier, boots and bindings, shared out by the segments' masses; None without
     ankle_edging : (n, 2) N m that the shank does to the foot about the foot's long axis forwards, at the ankle; None
         where it was not found
 
@@ -99,6 +144,7 @@ class SimulationResult:
     foot_position: Array
     foot_velocity: Array
     foot_forward: Array
+    snow: SnowWrench
     edge_angle: Array
     penetration: Array
     drag: Array
@@ -110,6 +156,9 @@ class SimulationResult:
     edges: EdgeSeries | None = None
     ankle_edging: Array | None = None
     pole_force: Array | None = None
+    segment_drag: Mapping[str, Array] = field(default_factory=dict)
+    body_force: Array | None = None
+    ski_bending: Wrench | None = None
 
     def __post_init__(self) -> None:
         n = len(self.time)
@@ -124,6 +173,11 @@ class SimulationResult:
         shapes |= dict.fromkeys(("foot_load", "sole_force", "edge_angle", "penetration"), (n, 2))
         shapes |= dict.fromkeys(("foot_friction", "foot_position", "foot_velocity", "foot_forward"), (n, 2, 3))
         given = {name: np.shape(getattr(self, name)) for name in shapes}
+        parts = {f"snow {name}": getattr(self.snow, name) for name in ("force", "moment", "normal")}
+        given |= {name: np.shape(values) for name, values in parts.items()}
+        shapes |= dict.fromkeys(parts, (n, 2, 3))
+        given |= {f"drag of {name}": np.shape(values) for name, values in self.segment_drag.items()}
+        shapes |= {f"drag of {name}": (n, 3) for name in self.segment_drag}
         given |= {f"energy {name}": np.shape(values) for name, values in self.energy.items()}
         shapes |= {f"energy {name}": (n,) for name in self.energy}
         if self.antenna is not None:
@@ -132,14 +186,16 @@ class SimulationResult:
             given["ankle_edging"], shapes["ankle_edging"] = np.shape(self.ankle_edging), (n, 2)
         if self.pole_force is not None:
             given["pole_force"], shapes["pole_force"] = np.shape(self.pole_force), (n, 2, 3)
+        if self.body_force is not None:
+            given["body_force"], shapes["body_force"] = np.shape(self.body_force), (n, 3)
         for name, shape in shapes.items():
             if given[name] != shape:
                 raise ValueError(f"{name} has shape {given[name]}, expected {shape}")
 
     @property
-    def snow_force(self) -> Array:
-        """(n, 2, 3) N, the snow's whole force on each ski, on terrain that departs little from the slope's plane."""
-        return np.asarray(self.foot_friction + self.foot_load[..., None] * np.array([0.0, 0.0, 1.0]))
+    def pressure_centre(self) -> Array:
+        """(n, 2, 3) m, the centre of pressure of each ski; the foot's place where it does not press."""
+        return np.asarray(self.foot_position + self.snow.pressure_arm)
 
     @property
     def closure_percent(self) -> float:
@@ -193,6 +249,10 @@ class SimulationResult:
             add_vector(f"{side}_foot", self.foot_position[:, index], "m")
             add_vector(f"{side}_foot_velocity", self.foot_velocity[:, index], "mps")
             add_vector(f"{side}_foot_forward", self.foot_forward[:, index], "1")
+            add_vector(f"{side}_snow_force", self.snow.force[:, index], "N")
+            add_vector(f"{side}_snow_normal", self.snow.normal[:, index], "1")
+            add_vector(f"{side}_pressure_centre", self.pressure_centre[:, index], "m")
+            add_vector(f"{side}_free_moment", self.snow.free_moment[:, index], "Nm")
             columns[f"{side}_edge_angle_deg"] = np.degrees(self.edge_angle[:, index])
             columns[f"{side}_penetration_m"] = self.penetration[:, index]
             columns[f"{side}_tip_deflection_m"] = self.ski_deflection[:, index, 0]

@@ -13,7 +13,7 @@ from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import FRICTION, HEADING_OFFSET, MU_N, MU_T, START_F, START_L, VELOCITY_F, VELOCITY_L
 from sssi_exudyn.fitting.first_fit import NUISANCES, Fitted
-from sssi_exudyn.fitting.gps_observation import predict_fixes, track_of
+from sssi_exudyn.fitting.observations import predict_fixes, track_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.simulation.reduced.prepared import ReducedRun
@@ -76,7 +76,9 @@ _OF_A_TURN: Final = (
     Column("wobble_per_m", "1/m", "standard deviation of the curvature where the turn never settles"),
     Column("side_reserve", "1", "share of what the groove's wall bears that is not used"),
     Column("sideslip_deg", "deg", "by how much the ski points into the turn"),
-    Column("drag_N", "N", "of the snow against the direction of travel"),
+    Column("drag_N", "N", "of the snow against the path of the boot centre"),
+    Column("resistance_N", "N", "of the snow backwards along the ski"),
+    Column("power_W", "W", "that the skier gives; friction, compaction and skid take it"),
     Column("friction_W", "W", "that friction takes"),
     Column("compaction_W", "W", "that snow pressed by a climbing edge takes"),
     Column("skid_W", "W", "that sideslip takes"),
@@ -172,8 +174,10 @@ def figures_of_turn(turn: SteadyTurn) -> Figures:
         "curvature_per_m": turn.curvature,
         "wobble_per_m": turn.wobble,
         "side_reserve": turn.side_reserve,
-        "sideslip_deg": float(np.degrees(turn.sideslip)),
+        "sideslip_deg": float(np.degrees(np.arctan(turn.sideslip))),
         "drag_N": turn.drag,
+        "resistance_N": turn.resistance,
+        "power_W": turn.power,
         "friction_W": turn.friction,
         "compaction_W": turn.compaction,
         "skid_W": turn.skid,

@@ -1,13 +1,17 @@
 """The effect of each parameter on each figure: Sobol's and Morris's indices with SALib, a share of variance without.
 
 Sobol's indices (Saltelli et al., Comput. Phys. Commun. 181, 2010) and Morris's (Technometrics 33, 1991) need a design
-of their own; any other gives the share of a figure's variance between groups of equal or near values of
-one parameter, corrected for the number of groups (Kelley's ε², PNAS 21, 1935): an estimate of Sobol's first order.
+of their own.  On a grid the analysis of variance is exact: runs have no error, so a parameter's share is the variance
+of the means over its levels (Box, Hunter & Hunter, Statistics for Experimenters, 2005, ch. 5).  Where runs of a grid
+are missing, it is how much less a sum of effects of single parameters explains without that parameter; on a whole grid
+both are the same.  Any other design gives the share between groups of equal or near values of one parameter, corrected
+for the number of groups (Kelley's ε², PNAS 21, 1935): an estimate of Sobol's first order, which scatters below 0 too.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 from typing import Any, Final
 
 import numpy as np
@@ -25,7 +29,8 @@ MEANINGS: Final = {
     "S2": "share of the variance due to two parameters together, beyond each alone",
     "mu_star": "mean size of the figure's change over the parameter's range",
     "sigma": "standard deviation of that change: how far it depends on the other parameters, or is not linear",
-    "share": "share of the variance between groups of equal or near values of the parameter",
+    "share": "share of the variance due to the parameter alone: exact on a whole grid, else an estimate, whose scatter "
+    "may be below 0",
 }
 TOTAL: Final = ("ST", "mu_star", "share")
 """Index that ranks parameters, for each kind of design."""
@@ -49,6 +54,8 @@ def indices_of(plan: Plan, table: pd.DataFrame) -> pd.DataFrame:
             index_rows = (
                 _design_indices(plan, of_recording, output)
                 if plan.file.design.kind in INDEXED
+                else _grid_shares(plan.axes, of_recording, output)
+                if plan.file.design.kind == "grid"
                 else _shares(plan.axes, of_recording, output)
             )
             rows += [(folder.name, output, *row) for row in index_rows]
@@ -82,8 +89,47 @@ def _shares(axes: Sequence[Axis], table: pd.DataFrame, output: str) -> list[tupl
             continue
         within = float(np.sum((y - known.groupby(groups)[output].transform("mean").to_numpy()) ** 2))
         left = within / (len(y) - count) / float(np.var(y, ddof=1))
-        rows.append(("share", axis.name, None, max(0.0, 1.0 - left), None, len(y)))
+        rows.append(("share", axis.name, None, 1.0 - left, None, len(y)))
     return rows
+
+
+def _grid_shares(axes: Sequence[Axis], table: pd.DataFrame, output: str) -> list[tuple[object, ...]]:
+    """Rows of each parameter's share on a grid, and of each pair's where no run is missing."""
+    known = table[(table["status"] == DONE) & table[output].notna()]
+    y = known[output].to_numpy(dtype=float)
+    varied = [axis.name for axis in axes if len(set(known[axis.name])) > 1]
+    if not varied or not np.ptp(y) > 0.0:
+        return []
+    if len(known) < len(table):
+        return [("share", name, None, share, None, len(y)) for name, share in _additive_shares(known[varied], y)]
+
+    def between(names: Sequence[str]) -> float:
+        return float(np.var(known.groupby(list(names))[output].transform("mean")) / np.var(y))
+
+    alone = {name: between([name]) for name in varied}
+    rows: list[tuple[object, ...]] = [("share", name, None, share, None, len(y)) for name, share in alone.items()]
+    for first, second in combinations(varied, 2):
+        together = between([first, second]) - alone[first] - alone[second]
+        rows.append(("S2", first, second, together, None, len(y)))
+    return rows
+
+
+def _additive_shares(levels: pd.DataFrame, y: Array) -> list[tuple[str, float]]:
+    """What the sum of effects of single parameters explains less of ``y`` (n,) without each of them; none with too few
+    runs to tell.
+    """
+    columns = {str(name): pd.get_dummies(levels[name], drop_first=True).to_numpy(dtype=float) for name in levels}
+    if len(y) <= 1 + sum(column.shape[1] for column in columns.values()):
+        return []
+    whole, total = _unexplained(list(columns.values()), y), len(y) * float(np.var(y))
+    without = {name: _unexplained([columns[other] for other in columns if other != name], y) for name in columns}
+    return [(name, (more - whole) / total) for name, more in without.items()]
+
+
+def _unexplained(columns: Sequence[Array], y: Array) -> float:
+    """Sum of squares of ``y`` (n,) that a constant and columns (n, …) leave."""
+    matrix = np.column_stack([np.ones(len(y)), *columns])
+    return float(np.sum((y - matrix @ np.linalg.lstsq(matrix, y, rcond=None)[0]) ** 2))
 
 
 def _design_indices(plan: Plan, table: pd.DataFrame, output: str) -> list[tuple[object, ...]]:

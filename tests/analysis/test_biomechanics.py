@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flat_snow import flat_snow
+from gliding import model, standing
 
 from sssi_exudyn.analysis.biomechanics import (
     WHOLE,
@@ -22,8 +24,11 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.io.storage import GROUND_FROM_LEVEL, read_storage
 from sssi_exudyn.results.opensim import coordinates, markers_text, opensim_texts
+from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.result import SimulationResult
 
+PARTS = Parts(model(), standing(1.0))
+"""A skier with 15 degrees of slope, for files that need lengths and masses."""
 MASS = 80.0
 SPEED = 8.0
 TURN = 2.0
@@ -78,6 +83,7 @@ def skier() -> SimulationResult:
         foot_position=feet,
         foot_velocity=np.repeat(SPEED * tangent[:, None], 2, axis=1),
         foot_forward=forward,
+        snow=flat_snow(1.2 * MASS * GRAVITY * share, np.zeros((n, 2, 3))),
         edge_angle=np.radians([-20.0, -30.0]) * np.ones((n, 1)),
         penetration=np.zeros((n, 2)),
         drag=none,
@@ -201,8 +207,8 @@ def swung(run: SimulationResult) -> SimulationResult:
 
 def test_opensim_files_come_back(run: SimulationResult) -> None:
     moving = swung(run)
-    for name, text in opensim_texts(moving, average_geometry(1.75), 0.27).items():
-        if not name.endswith(".trc"):
+    for name, text in opensim_texts(moving, PARTS).items():
+        if name.endswith((".mot", ".sto")):
             table = read_storage(Path(name), text)
             assert table.values[:, 0] == pytest.approx(run.time)
             assert table.in_degrees == (name == "coordinates.mot")
@@ -218,7 +224,7 @@ def test_the_pelvis_turns_the_same_in_opensims_order(run: SimulationResult) -> N
     product = matrix(2, tilt) @ matrix(0, list_) @ matrix(1, rotation)
     poses = forward_kinematics(average_geometry(1.75), moving.coordinates, 0.0)  # the level frame's own
     own = GROUND_FROM_LEVEL @ poses.rotation[:, 0] @ GROUND_FROM_LEVEL.T
-    assert product == pytest.approx(own, abs=1e-8)  # degrees are written with 10 figures
+    assert product == pytest.approx(own, abs=1e-8)  # rounding of three turns
 
 
 def matrix(axis: int, angle: Array) -> Array:
@@ -254,7 +260,7 @@ def test_markers_are_the_joint_centres(run: SimulationResult) -> None:
     ],
 )
 def test_a_broken_table_is_named(run: SimulationResult, old: str, new: str, problem: str) -> None:
-    text = opensim_texts(run, average_geometry(1.75), 0.27)["joint_moments.sto"]
+    text = opensim_texts(run, PARTS)["joint_moments.sto"]
     assert old in text
     with pytest.raises(InputError, match=problem):
         read_storage(Path("joint_moments.sto"), text.replace(old, new, 1))

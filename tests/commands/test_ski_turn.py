@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -61,6 +62,15 @@ def test_bad_input_is_one_clear_line(
     assert said.err.count("\n") == 1
 
 
+def check_power(row: str) -> None:
+    """Drag, power, three losses and what is left over, as the page has them."""
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", row)
+    drag, power, *losses, left, _, _ = (float(re.sub(r"[^-0-9.]", "", cell)) for cell in cells)
+    assert power == pytest.approx(sum(losses) + left, abs=2.5)  # five numbers rounded to 1 W
+    assert abs(left) < 5e-3 * power + 0.5  # the turn still swings a little
+    assert drag * 10.0 == pytest.approx(power, rel=0.03)  # N, rounded, times the speed along the ski: 10 m/s
+
+
 @pytest.mark.long
 def test_two_skis_side_by_side(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -89,6 +99,8 @@ def test_two_skis_side_by_side(
         "Against slalom_165",
     ):
         assert word in page
+    for ski in ("slalom_165", "voile_v6_183"):
+        check_power(re.findall(rf">{ski}, 45°</th>(.*?)</tr>", page)[0])
     with pytest.raises(SystemExit) as end:
         main(["ski", "turn", "slalom_165", "--edge", "45"])
     assert end.value.code == 0

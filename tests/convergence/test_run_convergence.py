@@ -95,7 +95,7 @@ def test_the_carved_turn_needs_more_resistance_across() -> None:
     for mu_n in (0.5, 0.9):
         run = simulate(model.with_values({"friction.mu_t": 0.19, "friction.mu_n": mu_n}), motion, stop=4.0)
         assert run.antenna is not None
-        from sssi_exudyn.fitting.gps_observation import predict_fixes, track_of
+        from sssi_exudyn.fitting.observations import predict_fixes, track_of
 
         track = track_of(recording.gps, model.fall_line_azimuth, 0.0, float(fixes[-1]))
         seen = predict_fixes(model, run.time, run.antenna, track.time)[:, :2]

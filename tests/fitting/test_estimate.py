@@ -109,7 +109,6 @@ def test_coarse_fixes_without_speeds_are_begun_at_several_velocities(monkeypatch
 
     monkeypatch.setattr(estimation, "fit", fitted)
     monkeypatch.setattr(estimation, "estimate_from", estimated)
-    monkeypatch.setattr(estimation, "log_evidence", lambda found: found.log_evidence)
     rough = replace(recording, gps=coarse)
     problem = problem_of(rough, motion, model_of(rough, motion), "joint")
     with pytest.raises(StopIteration):

@@ -13,8 +13,8 @@ from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting import first_fit as fitting
 from sssi_exudyn.fitting.first_fit import fit, problem_of
-from sssi_exudyn.fitting.gps_observation import Track, predict_fixes
 from sssi_exudyn.fitting.objective import Problem, counts_of
+from sssi_exudyn.fitting.observations import Track, predict_fixes
 from sssi_exudyn.fitting.optimise import minimise, minimise_squares
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import Motion

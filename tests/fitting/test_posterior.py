@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,16 +11,16 @@ from bundled import bundled
 from scipy.linalg import cho_solve
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.number_ref import NumberRef
+from sssi_exudyn.core.number_ref import MU_T, NumberRef
 from sssi_exudyn.fitting import posterior as module
 from sssi_exudyn.fitting.estimate import setting_of
+from sssi_exudyn.fitting.evidence import Freedom, LinearProblem, best_levels, precision
 from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.linearised_run import Point, Responses, Setting, linearise_at, moved_point
-from sssi_exudyn.fitting.noise import precision
 from sssi_exudyn.fitting.objective import Prior
-from sssi_exudyn.fitting.observation import Observation
+from sssi_exudyn.fitting.observations import Observation
 from sssi_exudyn.fitting.optimise import Optimum
-from sssi_exudyn.fitting.parameters import Unknown
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.fitting.posterior import draw_numbers, find_posterior
 from sssi_exudyn.fitting.posture_errors import PostureErrors
 from sssi_exudyn.fitting.snow_surface import surface_process
@@ -58,7 +57,7 @@ def blockwise(seen: Observation, given: Array, expected: Array) -> dict[str, flo
     apart = {
         name: np.sqrt(np.mean((given - expected)[at] ** 2)) for name, at in seen.blocks.items() if at.stop > at.start
     }
-    return {name: float(value / seen.usual[name].sigma) for name, value in apart.items()}
+    return {name: float(value / seen.usual.of(name).sigma) for name, value in apart.items()}
 
 
 @pytest.mark.long
@@ -149,29 +148,30 @@ def test_a_damped_step_is_that_of_a_problem_held_where_it_is() -> None:
     assert np.linalg.norm(found.sizes - point.sizes) < np.linalg.norm(free.sizes - point.sizes)
 
 
-def test_waves_are_as_high_as_the_measurements_show(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_waves_are_as_high_as_the_measurements_show() -> None:
     rng = np.random.default_rng(3)
     _, setting = example()
-    setting = replace(
-        setting, unknowns=tuple(Unknown((NumberRef(f"surface.m{i}"),), Prior(0.0, 1.0)) for i in range(60))
-    )
-    columns = rng.normal(size=(300, 60))
-    measured = columns @ (2.0 * rng.normal(size=60)) + rng.normal(size=300)
+    seen = setting.seen
+    none = np.zeros((len(seen.measured), 0))
+    noise = np.concatenate([np.full(at.stop - at.start, seen.usual.of(name).sigma) for name, at in seen.blocks.items()])
+    columns = noise[:, None] * rng.normal(size=(len(noise), 60))
+    measured = columns @ (2.0 * rng.normal(size=60)) + noise * rng.normal(size=len(noise))
+    linear = LinearProblem(seen, measured, Freedom(none, np.zeros(0)), none, columns)
+    levels, _ = best_levels(linear, seen.usual)
+    # 60 amounts of 2 show their size to 0.18; a level known to 0.35 beforehand gives way to that by 0.12
+    assert levels.surface == pytest.approx(1.8, abs=0.36)
+    assert levels.posture == 1.0  # of which these measurements say nothing
 
-    def linear(at: Setting, *_: object) -> SimpleNamespace:
-        return SimpleNamespace(whitened=lambda _levels: (measured, columns * at.sigmas))
 
-    monkeypatch.setattr(module, "_linear", linear)
-    found = module._weigh_surface(setting, *linearised(), setting.seen.usual)
-    # 60 amounts of 2 and 20 that say 1 make 1.80, 0.18 its standard deviation
-    assert found.sigmas[0] == pytest.approx(1.8, abs=0.36)
-    assert np.ptp(found.sigmas) == 0.0
-    # the plane's tilt is known beforehand, whatever the waves are
+def test_waves_of_a_level_leave_the_tilt_as_it_is_known() -> None:
+    _, setting = example()
+    modes = tuple(Parameter((NumberRef(f"surface.m{i}"),), Prior(0.0, 1.0)) for i in range(60))
+    setting = replace(setting, unknowns=(*modes, Parameter((MU_T,), Prior(0.1, 0.3))))
+    assert list(setting.with_waves(1.8).sigmas) == [1.8] * 60 + [0.3]
     heights = {**setting.seen.times, "height": setting.seen.times["x"]}
     process = replace(setting, seen=replace(setting.seen, times=heights))
-    beside = module._weigh_surface(process, *linearised(), setting.seen.usual).sigmas
-    assert list(beside[:2]) == [1.0, 1.0]
-    assert beside[2] == pytest.approx(1.8, abs=0.36)
+    # the plane's tilt is known beforehand, whatever the waves are
+    assert list(process.with_waves(1.8).sigmas) == [1.0, 1.0] + [1.8] * 58 + [0.3]
 
 
 @pytest.mark.long
@@ -196,7 +196,7 @@ def test_concealed_errors_are_found_within_their_uncertainty() -> None:
     assert np.sum((found.sizes - sizes) ** 2) < np.sum(sizes**2)
     # The moments are closed and the track is met to the noise that was added.
     x = found.residual[found.setting.seen.blocks["x"]]
-    assert np.sqrt(np.mean(x**2)) < 2.0 * found.setting.seen.usual["x"].sigma
+    assert np.sqrt(np.mean(x**2)) < 2.0 * found.setting.seen.usual.of("x").sigma
 
 
 @pytest.mark.long
@@ -224,7 +224,7 @@ def test_posture_and_snow_surface_are_found_together() -> None:
     # waves of even snow are millimetres high, and heights are off by 3 cm: still it is nearer to the truth than nothing
     assert np.sum((found.values - drawn.values)[modes] ** 2) < np.sum(drawn.values[modes] ** 2)
     height = found.residual[place]
-    assert np.std(height) < 1.5 * found.setting.seen.usual["height"].sigma
+    assert np.std(height) < 1.5 * found.setting.seen.usual.of("height").sigma
     assert np.mean(height) == pytest.approx(3.0, abs=0.2)  # the origin is no part of the estimate
 
 
@@ -242,8 +242,8 @@ def test_single_samples_that_are_far_off_count_less_but_fixes_keep_their_counts(
     seen = setting.seen
     residual = np.zeros(len(seen.measured))
     place = seen.blocks["moment_l"]
-    residual[place.start] = 10.0 * seen.usual["moment_l"].sigma
-    residual[seen.blocks["x"].start] = 10.0 * seen.usual["x"].sigma
+    residual[place.start] = 10.0 * seen.usual.of("moment_l").sigma
+    residual[seen.blocks["x"].start] = 10.0 * seen.usual.of("x").sigma
     share = seen.weighed(residual, seen.usual).scale.total / seen.scale.total
     # 2.5 standard deviations count fully; beyond, the weight falls with the square
     assert share[place.start] == pytest.approx(10.0 / 2.5, rel=1e-3)

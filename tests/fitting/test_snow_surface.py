@@ -17,7 +17,6 @@ from sssi_exudyn import commands
 from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, slope_to_enu
-from sssi_exudyn.fitting.evidence import usual_levels
 from sssi_exudyn.core.number_ref import FRICTION
 from sssi_exudyn.fitting.first_fit import NUISANCES, problem_of
 from sssi_exudyn.fitting.observations import measurements_of
@@ -120,10 +119,10 @@ def test_heights_may_be_poorer_than_places(on_a_roll: Path) -> None:
     assert np.median(recording.gps.sigma) == pytest.approx(0.02)
     found = snow_surface(model, recording, motion)
     assert found is not None
-    assert np.median(found[1].sigma) == pytest.approx(5.0)
+    assert np.median(found[1].sigma) == pytest.approx(5.0 * 1.4 / 1.5)  # as declared of a height
     # the snow rolls by 0.25 m, root mean square: heights that are off by 5 m show nothing of it
     assert np.std(found[0].at(found[1].places)[:, 0]) < 0.05
-    heights = usual_levels(measurements_of(recording, model, motion.start, motion.stop)).height
+    heights = measurements_of(recording, model, motion.start, motion.stop).usual.height
     assert heights.sigma == pytest.approx(5.0 * 1.4 / 1.5)
 
 

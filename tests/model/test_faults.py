@@ -11,7 +11,7 @@ import tomli_w
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantities
-from sssi_exudyn.fitting.gps_observation import correct_fixes, predict_fixes
+from sssi_exudyn.fitting.observations import correct_fixes, predict_fixes
 from sssi_exudyn.model.faults import (
     SENSORS,
     BootCuff,

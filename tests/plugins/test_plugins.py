@@ -26,7 +26,7 @@ from sssi_exudyn.contact.term import FootState, FootTerm
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantity
 from sssi_exudyn.fitting.first_fit import problem_of
-from sssi_exudyn.fitting.more_parameters import seek_too
+from sssi_exudyn.fitting.parameters import seek_too
 from sssi_exudyn.importing.assemble import import_recording
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.toml import model_to_dict, read_model

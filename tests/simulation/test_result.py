@@ -19,7 +19,7 @@ from sssi_exudyn.core.frames import slope_to_enu
 from sssi_exudyn.io.writing import folder_lock
 from sssi_exudyn.results.folder import read_series, read_summary, write_result
 from sssi_exudyn.results.summary import Summary
-from sssi_exudyn.simulation.result import SimulationResult
+from sssi_exudyn.simulation.result import SimulationResult, SnowWrench
 
 MODEL = {"format": 1, "friction": {"mu_t": 0.1, "terms": ["penetration", "air"]}}
 SERIES = pd.DataFrame({"time_s": [0.0, 0.005], "left_load_N": [350.0, np.nan]})
@@ -47,6 +47,7 @@ def some_result(n: int = 4) -> SimulationResult:
         foot_position=some(2, 3),
         foot_velocity=some(2, 3),
         foot_forward=some(2, 3),
+        snow=SnowWrench(some(2, 3), some(2, 3), some(2, 3)),
         edge_angle=some(2),
         penetration=some(2),
         drag=some(3),

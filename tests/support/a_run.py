@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from flat_snow import flat_snow
 
 from sssi_exudyn.analysis.biomechanics import biomechanics, label_turns, residual_moment, turn_figures
 from sssi_exudyn.bodies.ski.ski import read_ski
@@ -59,6 +60,7 @@ def a_result(duration: float = 14.0, rate: float = 50.0) -> SimulationResult:
         foot_position=feet,
         foot_velocity=np.stack([velocity, velocity], axis=1),
         foot_forward=np.stack([forward, forward], axis=1),
+        snow=flat_snow(load, -0.05 * load[..., None] * forward[:, None]),
         edge_angle=np.column_stack([share, share]),
         penetration=np.full((n, 2), 0.01),
         drag=-20.0 * forward,

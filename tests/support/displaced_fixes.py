@@ -10,7 +10,7 @@ from bundled import bundled
 
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import level_to_enu
-from sssi_exudyn.fitting.gps_observation import predict_fixes
+from sssi_exudyn.fitting.observations import predict_fixes
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.fitting.linearised_run import Setting, linearise_at
-from sssi_exudyn.fitting.observation import observation_of
+from sssi_exudyn.fitting.observations import observation_of
 from sssi_exudyn.fitting.posture_errors import errors_of, grown
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture

@@ -21,7 +21,7 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array, level_to_enu
 from sssi_exudyn.core.quantity import quantities
-from sssi_exudyn.fitting.gps_observation import track_of
+from sssi_exudyn.fitting.observations import track_of
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.io.writing import to_json, write_atomically
 from sssi_exudyn.model.faults import GpsJump

@@ -15,9 +15,8 @@ from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array, level_to_enu
 from sssi_exudyn.core.noise import ExponentialNoise, draw_noise
 from sssi_exudyn.core.number_ref import MU_N, MU_T, STIFFNESS, NumberRef
-from sssi_exudyn.fitting.evidence import NoiseLevels, usual_levels
-from sssi_exudyn.fitting.gps_observation import predict_fixes
-from sssi_exudyn.fitting.observations import INTERVAL, Measurements
+from sssi_exudyn.fitting.noise import NoiseLevels
+from sssi_exudyn.fitting.observations import INTERVAL, Measurements, predict_fixes
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.model.from_recording import first_guess
 from sssi_exudyn.model.model import Model
@@ -77,7 +76,7 @@ class Instruments:
         load = float(np.sqrt(2.0) * _CELLS / np.sqrt(_RATE * INTERVAL))
         reading = ExponentialNoise(load, 1.0 / _RATE)
         height = ExponentialNoise(1.3 * self.gps.sigma, self.gps.correlation_time)
-        return replace(usual_levels(measurements), gps=self.gps, height=height, load=reading, difference=reading)
+        return replace(measurements.usual, gps=self.gps, height=height, load=reading, difference=reading)
 
 
 def draw_instruments(rng: np.random.Generator, motion: Motion) -> Instruments:

@@ -12,9 +12,17 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import CLOCK_OFFSET, STIFFNESS, NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, fewer_columns
 from sssi_exudyn.fitting.first_fit import problem_of
+from sssi_exudyn.fitting.noise import HEIGHT_ORIGIN
 from sssi_exudyn.fitting.objective import Problem, counts_of
 from sssi_exudyn.fitting.observations import Measurements, averages, measurements_of
-from sssi_exudyn.fitting.parameters import FREE, USUAL_CUFF, drag_coefficient, posture_errors, started_anywhere
+from sssi_exudyn.fitting.parameters import (
+    FREE,
+    USUAL_CUFF,
+    Parameter,
+    drag_coefficient,
+    posture_errors,
+    started_anywhere,
+)
 from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess, on_snow_surface
 from sssi_exudyn.model.faults import InsoleGain, LeverArm
@@ -34,14 +42,11 @@ from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.terrain.from_heights import TILTS
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis, probes_by, responses_of
-from sssi_exudyn.validation.diagnosis.refit import Parameter
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
 Progress = Callable[[float | None, str], None]
 """Takes the share that is done, where it is known, and what is being done."""
 
-_HEIGHT: Final = 0.3
-"""m; the first fix, from which heights count, is no better known than that."""
 STEP: Final = 0.01
 """s; steps of the reduced model.  They move a run's path by a centimetre against short ones, evenly for all
 explanations; what the full model predicts beyond is added to every prediction.
@@ -216,7 +221,14 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: 
     antenna = probes_by(model, LeverArm(), ("forward", "left", "up"))
     gains = probes_by(model, InsoleGain(), ("left", "right"))
     by_instrument = responses_of([*antenna, *gains], prepared, measurements)
-    scales = [_HEIGHT, about.boot_cuff, *numbers.values(), about.mass, *[about.antenna] * 3, *[about.insole_gain] * 2]
+    scales = [
+        HEIGHT_ORIGIN,
+        about.boot_cuff,
+        *numbers.values(),
+        about.mass,
+        *[about.antenna] * 3,
+        *[about.insole_gain] * 2,
+    ]
     free = Freedom(np.column_stack([height, cuff, by_number, by_mass, by_instrument]), np.array(scales))
     mean = USUAL_CUFF * cuff - by_number @ moved - by_error @ sizes[:-1] - about.mass * sizes[-1] * by_mass[:, 0]
     return Nuisances(free, fewer_columns(measurements, by_error), by_wave, np.asarray(mean))

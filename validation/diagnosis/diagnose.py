@@ -11,6 +11,7 @@ from functools import partial
 
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting.evidence import Freedom, LinearModel
+from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
@@ -19,7 +20,6 @@ from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem, Progress, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES, STEADY_LAWS
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis
-from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import compare_hypotheses
 from sssi_exudyn.validation.diagnosis.search.explanation import Refitted, Round
 from sssi_exudyn.validation.diagnosis.search.form_error import form_of

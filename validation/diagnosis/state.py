@@ -16,16 +16,11 @@ from numpy.typing import NDArray
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import CLOCK_OFFSET, NumberRef
 from sssi_exudyn.fitting.estimate import estimate, estimate_from, judging_run
-from sssi_exudyn.fitting.evidence import (
-    Freedom,
-    LinearModel,
-    NoiseLevels,
-    Whitener,
-    best_levels,
-    usual_levels,
-    whitener,
-)
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel, Whitener, best_levels, whitener
 from sssi_exudyn.fitting.first_fit import with_surface
+from sssi_exudyn.fitting.linear_fit import Refit, arrays_of, kept_shapes, refit, refit_of
+from sssi_exudyn.fitting.noise import NoiseLevels
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.fitting.snow_surface import surface_process
 from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm
@@ -36,7 +31,6 @@ from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.validation.diagnosis.context import STEP, DiagnosisProblem, Nuisances, no_nuisances, nuisances_of
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun
-from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit, arrays_of, kept_shapes, refit, refit_of
 
 Arrays = Mapping[str, NDArray[np.generic]]
 """What a cache keeps."""
@@ -84,7 +78,7 @@ def first_fit(problem: DiagnosisProblem, *, full: bool = False) -> tuple[Diagnos
     size = len(problem.measurements.measured)
     recording, motion = problem.recording, problem.motion
     problem = replace(problem, ground=surface_process(problem.model, recording, motion))
-    state = State(usual_levels(problem.measurements), no_nuisances(size), np.zeros(size))
+    state = State(problem.measurements.usual, no_nuisances(size), np.zeros(size))
     if recording.completed is None:
         made = estimate(
             problem.fitting,
@@ -186,7 +180,7 @@ def linearise_about(
         if name in seen.blocks:
             beyond[block] = posterior.beyond[seen.blocks[name]]
     nuisances = _nuisances(problem, model, posterior.sizes, sought)
-    state = State(usual_levels(problem.measurements), nuisances, beyond, posterior)
+    state = State(problem.measurements.usual, nuisances, beyond, posterior)
     base = fit_model(problem, state, model, parameters, state.levels)
     return problem, *settle(problem, state, base)
 

@@ -66,20 +66,37 @@ def agreement(runs: Runs) -> Section:
     return table_section("Simulation against instruments", rows)
 
 
+_KEPT = {"energy_kinetic_J": "kinetic energy", "energy_elastic_J": "elastic energy of the skis"}
+"""Columns of a series that are energies kept; all others are works done."""
+
+
 def energy(runs: Runs) -> Section:
-    """Show the work of each term of the energy balance from start to end of the run, and the balance's gap."""
+    """Return the balance of the works done over the run and of the energies gained, and the balance's largest gap.
+
+    In each column the works' sum is what the energies gained and what is left over.
+    """
     columns = _union(run.series.columns for run in runs)
     terms = [name for name in columns if name.startswith("energy_") and name != "energy_closure_J"]
+    works = [name for name in terms if name not in _KEPT]
 
-    def last(run: StoredRun, column: str) -> str:
-        value = run.series[column].iloc[-1] if column in run.series else math.nan
-        return str(round(value)) if math.isfinite(value) else "–"
+    def change(run: StoredRun, names: Sequence[str]) -> float:
+        known = [run.series[name] for name in names if name in run.series]
+        return float(sum(values.iloc[-1] - values.iloc[0] for values in known)) if known else math.nan
 
+    def row(title: str, changes: Sequence[float]) -> list[str]:
+        return [f"{title} (J)", *(f"{value:.1f}" if math.isfinite(value) else "–" for value in changes)]
+
+    gained = {name: [change(run, [name]) for run in runs] for name in _KEPT if name in terms}
+    done = [change(run, works) for run in runs]
+    left = np.array(done) - np.nansum([*gained.values(), [0.0] * len(runs)], axis=0)
     rows = [
-        [f"{name.removeprefix('energy_').removesuffix('_J')} (J)", *(last(run, name) for run in runs)] for name in terms
+        *(row(f"work of {name[len('energy_') : -len('_J')]}", [change(run, [name]) for run in runs]) for name in works),
+        row("sum of the works", done),
+        *(row(f"{_KEPT[name]} gained", changes) for name, changes in gained.items()),
+        row("left over", left.tolist()),
     ]
     gap = sheet(runs, [("largest gap (% of the turnover)", lambda s: number(s.energy.closure_percent))])
-    return table_section("Energy from start to end", [*gap, *rows])
+    return table_section("Energy from start to end", [*gap, *(rows if terms else [])])
 
 
 def capture(runs: Runs) -> Section:

@@ -1,10 +1,10 @@
 """All forces of the full model on snow that edges cut: a template that ``compiled`` joins with the laws,
-``ground_kernel``, ``groove_kernel`` and ``full_kernel``, whose coordinates, frames and inertia these are.
+the kernels of ``ski_on_snow`` and ``forces_kernel``, whose coordinates, frames and inertia these are.
 
 A section presses with its deeper edge, and where it lies flat with both: its forces act at the edges' points, along the
 snow's normal there, along the edge's own tangent and across it, and go to the nodes as those of the paper's law do.
 The node at the boot gives against the foot in heave, yaw, roll and pitch, one after the other as in
-``carved_run_kernel``: a spring and a damper hold each.
+``carved_steps_kernel``: a spring and a damper hold each.
 """
 
 from __future__ import annotations
@@ -28,18 +28,22 @@ from sssi_exudyn.contact.codegen.vectors import (
     times,
 )
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.runtime.jit import inlined, njit
 from sssi_exudyn.terrain.surface import patch_under
 
-section_angle: Callable[..., float]
-angle_by_depths: Callable[..., float]
+edge_axes: Callable[..., Any]
+edge_state: Callable[..., tuple[float, ...]]
+edge_state_linearisation: Callable[..., None]
+force_on_deeper: Callable[..., tuple[float, float, float]]
+steer: Callable[..., None]
+pass_over: Callable[..., None]
+law_section: Callable[..., tuple[float, ...]]
 edge_force: Callable[..., tuple[float, float, float, float]]
 edge_derivatives: Callable[..., tuple[float, ...]]
 edge_memory: Callable[..., tuple[float, float]]
 edge_capacity: Callable[..., tuple[float, float]]
 ground: Callable[..., tuple[float, tuple[float, float, float]]]
 foot_axes: Callable[..., Any]
-penetration: Callable[..., float]
 point_velocity: Callable[..., Any]
 of_ski: Callable[..., Any]
 section: Callable[..., Any]
@@ -54,7 +58,7 @@ damping_triplets: Callable[..., int]
 skier_triplets: Callable[..., int]
 NODE: Final = 7
 LOAD, DEPTH, ALONG, ACROSS, EDGE, V_T, V_N, CONTACT_POWER, FRICTION_POWER, DAMPING_POWER = 0, 2, 3, 4, 5, 6, 7, 8, 9, 10
-"""As in ``full_kernel``."""
+"""As in ``forces_kernel``."""
 SKID_POWER, MOST, USED, BORNE, DRAGGED, YAW, ROLL, HEAVE, PITCH, LIFTED, TURNED = range(11, 22)
 PUSHED, TWISTED = 24, 27
 """Further columns of ``seen``: W; N that the wall bears at most, N across the edges, and what of it is the wall's; N of
@@ -86,6 +90,46 @@ class FlatSections(NamedTuple):
     steps: Any
 
 
+class CarvedSkis(NamedTuple):
+    """What of both skis snow that edges cut needs besides ``Sections``.
+
+    edges : ``CuttingEdges``;  memory : ``Groove`` with a first axis for the skis;  lying : ``FlatSections``
+    step : s since the memory was brought to where it arrives
+    """
+
+    edges: Any
+    memory: Any
+    lying: FlatSections
+    step: float
+
+
+class MovingFoot(NamedTuple):
+    """A captured foot in the slope's frame: place (m), velocity, rotation (3, 3) and spin, the vectors as tuples, and
+    the patch of snow under it.
+    """
+
+    place: Any
+    velocity: Any
+    frame: Array
+    spin: Any
+    under: Any
+
+
+class BlockRoom(NamedTuple):
+    """Arrays in which a section's part of the Jacobian is found, by the coordinates of its nodes and of the pelvis.
+
+    state, pull : (7, 12), (4, 12) derivatives of what the law depends on and of the forces, as ``edge_state`` has them
+    direction : (12,) of a force;  line, slopes : (17,) a force's direction and its derivatives;  block : (17, 17)
+    """
+
+    state: Array
+    pull: Array
+    direction: Array
+    line: Array
+    slopes: Array
+    block: Array
+
+
 @njit(cache=True, error_model="numpy")
 def keep_flat(flat):
     """For the step to come keep the deeper edge of sections that lie flat and go on doing so, by the last pass."""
@@ -100,43 +144,40 @@ def keep_flat(flat):
 
 
 @njit(cache=True, error_model="numpy")
-def edge_on_snow(parameters, place, velocity, turning, frame, under, body, offset):
-    """An edge's point in the snow: its arm in the foot's frame, depth, velocity and the snow's normal.
+def edge_on_snow(parameters, foot, body, offset):
+    """Return an edge's point on the snow, in the foot's frame: its arm from the section, its place from the snow
+    straight below, its velocity and the snow's normal; and its depth (m).
 
     body : place, quaternion, velocity and spin of its section in the foot's frame
     """
     p, r, moving, omega = body
-    arm, reach = edge_arms(frame, p, r, offset)
-    point = plus(place, reach)
-    height, normal = ground(parameters, under, point[0], point[1])
-    bending = out_of(frame, plus(moving, cross(omega, arm)))
-    speed = point_velocity(velocity, turning, reach, bending)
-    return arm, penetration(height - point[2], normal), speed, normal
+    arm, reach = edge_arms(foot.frame, p, r, offset)
+    point = plus(foot.place, reach)
+    height, normal = ground(parameters, foot.under, point[0], point[1])
+    bending = out_of(foot.frame, plus(moving, cross(omega, arm)))
+    speed = into(foot.frame, point_velocity(foot.velocity, foot.spin, reach, bending))
+    above = point[2] - height
+    return (arm, into(foot.frame, (0.0, 0.0, above)), speed, into(foot.frame, normal)), -above * normal[2]
 
 
 @njit(cache=True, error_model="numpy")
-def edges_on_snow(parameters, place, velocity, turning, frame, under, body, offsets, width, kept):
-    """Which edge of a section is the deeper one (0 left, 1 right), this one and the other as ``edge_on_snow`` gives
-    them, and the angle (rad) at which the section stands on the snow, positive on its right edge.
+def meet_snow(parameters, sections, edges, foot, bent, m, kept):
+    """Return how a section meets the snow, in the foot's frame: which edge is the deeper one (0 left, 1 right), this
+    one and the other as ``edge_on_snow`` gives them, the deeper one's tangent, what a twist adds to it, and what
+    ``edge_state`` takes.
 
-    offsets : (2, 3) m of both edges in the section's frame
-    kept : the edge that counts as the deeper one whatever rounding makes of it, EITHER where it is looked at
+    bent : as ``section`` gives it;  kept : the edge that counts as the deeper one whatever rounding makes of it, EITHER
+        where it is looked at
     """
-    left = edge_on_snow(parameters, place, velocity, turning, frame, under, body, three(offsets[0], 0))
-    right = edge_on_snow(parameters, place, velocity, turning, frame, under, body, three(offsets[1], 0))
-    low = kept if kept != EITHER else (1 if right[1] > left[1] else 0)
+    p, r, moving, omega, q0, q1 = bent
+    body = p, r, moving, omega
+    left, left_depth = edge_on_snow(parameters, foot, body, three(sections.offset[m, 0], 0))
+    right, right_depth = edge_on_snow(parameters, foot, body, three(sections.offset[m, 1], 0))
+    low = kept if kept != EITHER else (1 if right_depth > left_depth else 0)
     deep, other = (right, left) if low == 1 else (left, right)
-    return low, deep, other, section_angle(left[1], right[1], width)
-
-
-@njit(cache=True, error_model="numpy")
-def edge_frame(tangent, normal):
-    """Axes t, n of an edge in the snow's tangent plane, what is left of its tangent there, and how it climbs."""
-    rise = dot(tangent, normal)
-    along = plus(tangent, times(-rise, normal))
-    flat = math.sqrt(dot(along, along))
-    along = times(1.0 / flat, along)
-    return along, cross(normal, along), flat, rise
+    tangent, by_twist = bent_tangent(edges, sections, m, low, r, q0, q1)
+    given = deep[1], other[1], tangent, deep[2], deep[3], other[3], edges.width[m], 2.0 * low - 1.0
+    return low, deep, other, tangent, by_twist, given
 
 
 @njit(cache=True, error_model="numpy")
@@ -192,77 +233,42 @@ def hold_boot(q, v, ref, boot, edges, out, seen):
 
 
 @njit(cache=True, error_model="numpy")
-def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, lying, step, found):
+def moving_foot(sections, at, pelvis, speed, ski):
+    """Return how a captured foot moves, in the slope's frame, and the snow under it.
+
+    pelvis, speed : (tuples) m, m/s of the pelvis
+    """
+    place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
+    under = patch_under(sections.surface, place[0], place[1])
+    return MovingFoot(place, velocity, at.foot_rotation[ski], three(at.foot_spin[ski], 0), under)
+
+
+@njit(cache=True, error_model="numpy")
+def carved_forces(parameters, q, v, ref, sections, carved, carrier, at, found):
     """Generalised forces of all terms, of the skis' structural damping, of their weight and inertia and of what holds
     them at the boot.
 
-    edges : ``CuttingEdges``;  memory : ``Groove`` with a first axis for the skis, what the step would leave is written
-    lying : ``FlatSections``;  step : s since the memory was brought here; all else as in ``full_kernel``
+    carved : ``CarvedSkis``, of which what the step would leave is written;  all else as in ``forces_kernel``
     """
-    element, share, length = sections.element, sections.share, sections.length
-    sign = carrier.sign
-    out, seen = found.out, found.seen
+    sign, out, seen, edges = carrier.sign, found.out, found.seen, carved.edges
     out[:] = 0.0
     seen[:] = 0.0
     per_ski = NODE * (sections.damping.shape[0] + 1)
     pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
     for ski in range(2):
         base = len(sign) + ski * per_ski
-        own = of_ski(memory, ski)
-        frame = at.foot_rotation[ski]
-        place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
-        turning = three(at.foot_spin[ski], 0)
-        under = patch_under(sections.surface, place[0], place[1])
+        foot = moving_foot(sections, at, pelvis, speed, ski)
+        frame = foot.frame
         total, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        for m in range(element.shape[0]):
-            xi = share[m]
-            i = base + NODE * element[m]
-            p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
-            low, deep, other, angle = edges_on_snow(
-                parameters, place, velocity, turning, frame, under, (p, r, moving, omega), sections.offset[m],
-                edges.width[m], lying.kept[ski, m],
-            )  # fmt: skip
-            arm, lower, moving_edge, normal = deep
-            upper = other[1]
-            lying.apart[ski, m] = (1.0 - 2.0 * low) * (lower - upper)
-            tangent, _ = bent_tangent(edges, sections, m, low, r, q0, q1)
-            t, n, _, rise = edge_frame(out_of(frame, tangent), normal)
-            v_t, v_n, sinking = dot(moving_edge, t), dot(moving_edge, n), -dot(moving_edge, normal)
-            own.next_groove[low, m], own.next_offset[low, m], own.next_speed[low, m] = 0.0, 0.0, v_t
-            # the other edge presses too where the ski is flat, and has no wall
-            own.next_groove[1 - low, m] = max(upper, own.arrived_groove[1 - low, m]) if upper > 0.0 else 0.0
-            own.next_offset[1 - low, m], own.next_speed[1 - low, m] = 0.0, v_t
-            own.next_drift[low, m], own.next_drift[1 - low, m] = v_n, v_n
-            if lower <= 0.0:
-                continue
-            width, groove, offset = edges.width[m], own.arrived_groove[low, m], own.arrived_offset[low, m]
-            push, along, across, at_upper = edge_force(
-                parameters, lower, upper, sinking, width, groove, offset, step, v_t, v_n, rise, angle, length[m]
-            )
-            own.next_groove[low, m], own.next_offset[low, m] = edge_memory(
-                parameters, lower, upper, sinking, width, groove, offset, step, v_t, v_n, rise, angle, length[m]
-            )
-            most, borne = edge_capacity(
-                parameters, lower, upper, sinking, width, groove, offset, step, v_t, v_n, rise, angle, length[m]
-            )
-            seen[ski, MOST] += most
-            seen[ski, BORNE] += borne
-            seen[ski, USED] += abs(across)
-            seen[ski, DRAGGED] += abs(along)
-            seen[ski, DEPTH] = max(seen[ski, DEPTH], lower)
-            force = plus(times(push - at_upper, normal), plus(times(along, t), times(across, n)))
-            pressed = times(at_upper, other[3])
-            seen[ski, FRICTION_POWER] += along * v_t
-            seen[ski, SKID_POWER] += across * v_n
-            seen[ski, CONTACT_POWER] += dot(pressed, other[2]) - (push - at_upper) * sinking
-            total = plus(total, plus(force, pressed))
-            force, pressed = into(frame, force), into(frame, pressed)
-            torque = plus(cross(arm, force), cross(other[0], pressed))
-            force = plus(force, pressed)
-            moment = plus(moment, plus(cross(p, force), torque))
-            add_wrench(out, i, 1.0 - xi, q0, force, torque)
-            add_wrench(out, i + NODE, xi, q1, force, torque)
-        moment = out_of(frame, moment)
+        for m in range(sections.element.shape[0]):
+            bent = section(q, v, ref, base, sections.element[m], sections.share[m])
+            force, torque = press_section(parameters, sections, carved, foot, bent, ski, m, seen[ski])
+            if force[0] != 0.0 or force[1] != 0.0 or force[2] != 0.0:
+                i, xi = base + NODE * sections.element[m], sections.share[m]
+                add_wrench(out, i, 1.0 - xi, bent[4], force, torque)
+                add_wrench(out, i + NODE, xi, bent[5], force, torque)
+                total, moment = plus(total, force), plus(moment, plus(cross(bent[0], force), torque))
+        total, moment = out_of(frame, total), out_of(frame, moment)
         for k in range(3):
             out[k] += total[k]
             seen[ski, PUSHED + k], seen[ski, TWISTED + k] = total[k], moment[k]
@@ -273,19 +279,55 @@ def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, l
         ski_inertia(
             q, v, ref, base, sections, carrier.gravity, frame, spin_in, spin_rate, at.foot_acceleration[ski], out
         )
-        along, across, _ = foot_axes(parameters, sections.surface, place, frame)
-        upright = cross(along, across)
-        seen[ski, LOAD], seen[ski, ALONG], seen[ski, ACROSS] = (
-            dot(total, upright),
-            dot(total, along),
-            dot(total, across),
-        )
-        seen[ski, V_T], seen[ski, V_N] = dot(velocity, along), dot(velocity, across)
-        turn = four(q, ref, boot + 3)
-        left_axis, up_axis = rotate(turn, (0.0, 1.0, 0.0)), rotate(turn, (0.0, 0.0, 1.0))
-        on_snow = into(frame, upright)
-        seen[ski, EDGE] = math.atan2(dot(left_axis, on_snow), dot(up_axis, on_snow))
+        see_foot(parameters, sections, foot, four(q, ref, boot + 3), total, seen[ski])
     push_skier(parameters, carrier, at, pelvis, speed, found)
+
+
+@inlined
+def press_section(parameters, sections, carved, foot, bent, ski, m, seen):
+    """Return the snow's force on a section and its torque about the section's place, in the foot's frame; adds to a
+    ski's row of ``seen``, and writes what the snow would remember.
+    """
+    memory, lying, none = of_ski(carved.memory, ski), carved.lying, (0.0, 0.0, 0.0)
+    low, deep, other, tangent, _, given = meet_snow(
+        parameters, sections, carved.edges, foot, bent, m, lying.kept[ski, m]
+    )  # fmt: skip
+    state = edge_state(*given)
+    lower, upper, sinking, v_t, v_n = state[0], state[1], state[2], state[3], state[4]
+    lying.apart[ski, m] = (1.0 - 2.0 * low) * (lower - upper)
+    pass_over(memory, low, m, upper, v_t, v_n)
+    if lower <= 0.0:
+        return none, none
+    law = law_section(state, memory, low, m, carved.edges.width[m], sections.length[m], carved.step)
+    push, along, across, at_upper = edge_force(parameters, *law)
+    memory.next_groove[low, m], memory.next_offset[low, m] = edge_memory(parameters, *law)
+    most, borne = edge_capacity(parameters, *law)
+    seen[MOST] += most
+    seen[BORNE] += borne
+    seen[USED] += abs(across)
+    seen[DRAGGED] += abs(along)
+    seen[DEPTH] = max(seen[DEPTH], lower)
+    t, n = edge_axes(tangent, deep[3])
+    force, pressed = force_on_deeper(push, along, across, at_upper, t, n, deep[3]), times(at_upper, other[3])
+    seen[FRICTION_POWER] += along * v_t
+    seen[SKID_POWER] += across * v_n
+    seen[CONTACT_POWER] += dot(pressed, other[2]) - (push - at_upper) * sinking
+    return plus(force, pressed), plus(cross(deep[0], force), cross(other[0], pressed))
+
+
+@inlined
+def see_foot(parameters, sections, foot, turn, total, seen):
+    """Fill what a ski's row of ``seen`` holds of it as a whole.
+
+    turn : quaternion of the node at the boot;  total : N of the snow, in the slope's frame
+    """
+    along, across, _ = foot_axes(parameters, sections.surface, foot.place, foot.frame)
+    upright = cross(along, across)
+    seen[LOAD], seen[ALONG], seen[ACROSS] = dot(total, upright), dot(total, along), dot(total, across)
+    seen[V_T], seen[V_N] = dot(foot.velocity, along), dot(foot.velocity, across)
+    left_axis, up_axis = rotate(turn, (0.0, 1.0, 0.0)), rotate(turn, (0.0, 0.0, 1.0))
+    on_snow = into(foot.frame, upright)
+    seen[EDGE] = math.atan2(dot(left_axis, on_snow), dot(up_axis, on_snow))
 
 
 @njit(cache=True, error_model="numpy")
@@ -302,98 +344,98 @@ def spread(line, force, torque, xi, q0, q1, frame):
 
 
 @njit(cache=True, error_model="numpy")
-def carved_jacobian(
-    parameters, q, v, ref, sections, edges, carrier, at, memory, lying, step, by_place, by_rate, triplets
-):  # fmt: skip
+def spread_point(line, pulls, point, bent, xi, frame):
+    """Fill a line as ``spread`` does, for what a section's edges and its tangent are moved by.
+
+    pulls : (12,) by places of the deeper and of the other edge, by the tangent, and by the deeper edge's velocity, as
+        far as it is its place's rate
+    point : the arms of both edges, the tangent, what a twist adds to it, and the element's length
+    """
+    (arm, other, tangent, by_twist, length), (_, r, _, _, q0, q1) = point, bent
+    at_low, at_other = plus(three(pulls, 0), three(pulls, 9)), three(pulls, 3)
+    turning = three(pulls, 6)
+    torque = plus(plus(cross(arm, at_low), cross(other, at_other)), cross(tangent, turning))
+    spread(line, plus(at_low, at_other), torque, xi, q0, q1, frame)
+    apart = times(dot(by_twist, turning) / length, rotate(r, (1.0, 0.0, 0.0)))
+    turn0, turn1 = on_quaternion(q0, apart), on_quaternion(q1, apart)
+    for k in range(4):
+        line[3 + k] -= turn0[k]
+        line[10 + k] += turn1[k]
+
+
+@inlined
+def section_block(parameters, sections, carved, foot, bent, ski, m, by, room):
+    """Fill ``room.block`` with a section's part of the Jacobian; False where it is out of the snow.
+
+    by : by_place, by_rate
+    """
+    edges, memory, xi = carved.edges, of_ski(carved.memory, ski), sections.share[m]
+    low, deep, other, tangent, by_twist, given = meet_snow(
+        parameters, sections, edges, foot, bent, m, carved.lying.kept[ski, m]
+    )  # fmt: skip
+    state = edge_state(*given)
+    if state[0] <= 0.0:
+        return False
+    law = law_section(state, memory, low, m, edges.width[m], sections.length[m], carved.step)
+    t, n = edge_axes(tangent, deep[3])
+    edge_state_linearisation(*given, room.state)
+    steer(room.pull, room.state, edge_derivatives(parameters, *law), (t, n, deep[3]))
+    point = deep[0], other[0], tangent, by_twist, edges.element_length[m]
+    room.block[:] = 0.0
+    for part in range(4):
+        for c in range(12):
+            room.pull[part, c] *= by[0] if c < 9 else by[1]
+            room.direction[c] = 0.0
+        for c in range(3):
+            room.direction[3 + c if part == 3 else c] = other[3][c] if part == 3 else (1.0 if c == part else 0.0)
+        spread_point(room.slopes, room.pull[part], point, bent, xi, foot.frame)
+        spread_point(room.line, room.direction, point, bent, xi, foot.frame)
+        for a in range(17):
+            for b in range(17):
+                room.block[a, b] -= room.line[a] * room.slopes[b]
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def carved_jacobian(parameters, q, v, ref, sections, carved, carrier, at, by, triplets):
     """Triplets of −(by_place ∂out/∂q + by_rate ∂out/∂v) for Newton's method; returns their number.
+
+    carved : ``CarvedSkis``;  by : by_place, by_rate
 
     Left out, as they only cost iterations: how the directions of the forces turn, those of the joints at the boots too,
     the change of the tangents' rise, and the forces of inertia.
     """
-    element, share, length = sections.element, sections.share, sections.length
-    sign = carrier.sign
-    rows, columns, values = triplets
+    (rows, columns, values), edges, sign = triplets, carved.edges, carrier.sign
+    room = BlockRoom(
+        np.zeros((7, 12)), np.zeros((4, 12)), np.zeros(12), np.zeros(17), np.zeros(17), np.zeros((17, 17))
+    )  # fmt: skip
     count = 0
     per_ski = NODE * (sections.damping.shape[0] + 1)
-    lines, by, block = np.zeros((4, 17)), np.zeros((5, 17)), np.zeros((17, 17))
-    swing, slopes = np.zeros(17), np.zeros(17)
     pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
-    nothing = (0.0, 0.0, 0.0)
     for ski in range(2):
         base = len(sign) + ski * per_ski
-        own = of_ski(memory, ski)
-        frame = at.foot_rotation[ski]
-        place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
-        turning = three(at.foot_spin[ski], 0)
-        under = patch_under(sections.surface, place[0], place[1])
-        for m in range(element.shape[0]):
-            xi = share[m]
-            i = base + NODE * element[m]
-            p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
-            low, deep, other, angle = edges_on_snow(
-                parameters, place, velocity, turning, frame, under, (p, r, moving, omega), sections.offset[m],
-                edges.width[m], lying.kept[ski, m],
-            )  # fmt: skip
-            arm, lower, moving_edge, normal = deep
-            if lower <= 0.0:
+        foot = moving_foot(sections, at, pelvis, speed, ski)
+        for m in range(sections.element.shape[0]):
+            bent = section(q, v, ref, base, sections.element[m], sections.share[m])
+            if not section_block(parameters, sections, carved, foot, bent, ski, m, by, room):
                 continue
-            tangent, by_twist = bent_tangent(edges, sections, m, low, r, q0, q1)
-            t, n, flat, rise = edge_frame(out_of(frame, tangent), normal)
-            v_t, v_n = dot(moving_edge, t), dot(moving_edge, n)
-            found = edge_derivatives(
-                parameters, lower, other[1], -dot(moving_edge, normal), edges.width[m], own.arrived_groove[low, m],
-                own.arrived_offset[low, m], step, v_t, v_n, rise, angle, length[m],
-            )  # fmt: skip
-            by_depths = angle_by_depths(low, angle, edges.width[m])
-            inwards, upwards = into(frame, normal), into(frame, other[3])
-            t_in, n_in = into(frame, t), into(frame, n)
-            spread(lines[0], inwards, cross(arm, inwards), xi, q0, q1, frame)
-            spread(lines[1], t_in, cross(arm, t_in), xi, q0, q1, frame)
-            spread(lines[2], n_in, cross(arm, n_in), xi, q0, q1, frame)
-            spread(lines[3], upwards, cross(other[0], upwards), xi, q0, q1, frame)
-            spread(swing, nothing, cross(tangent, n_in), xi, q0, q1, frame)
-            apart = times(dot(by_twist, n_in) / edges.element_length[m], rotate(r, (1.0, 0.0, 0.0)))
-            turn0, turn1 = on_quaternion(q0, apart), on_quaternion(q1, apart)
-            for k in range(4):
-                swing[3 + k] -= turn0[k]
-                swing[10 + k] += turn1[k]
-            for c in range(17):
-                turned = swing[c] * by_place / flat
-                by[0, c], by[1, c], by[2, c] = -by_place * lines[0, c], -by_place * lines[3, c], -by_rate * lines[0, c]
-                by[3, c] = by_rate * lines[1, c] + v_n * turned
-                by[4, c] = by_rate * lines[2, c] - v_t * turned
-                lines[3, c] -= lines[0, c]
-            block[:] = 0.0
-            for part in range(4):
-                k = 4 + 6 * part
-                tilting = found[k + 5] * by_depths
-                for c in range(17):
-                    slopes[c] = (
-                        (found[k] + tilting) * by[0, c]
-                        + (found[k + 1] - tilting) * by[1, c]
-                        + found[k + 2] * by[2, c]
-                        + found[k + 3] * by[3, c]
-                        + found[k + 4] * by[4, c]
-                    )
-                for a in range(17):
-                    for b in range(17):
-                        block[a, b] -= lines[part, a] * slopes[b]
+            i = base + NODE * sections.element[m]
             for a in range(17):
                 row = i + a if a < 14 else a - 14
                 for b in range(17):
                     column = i + b if b < 14 else b - 14
-                    count = put(rows, columns, values, count, row, column, block[a, b])
-        count = damping_triplets(q, ref, base, sections.damping, by_rate, triplets, count)
+                    count = put(rows, columns, values, count, row, column, room.block[a, b])
+        count = damping_triplets(q, ref, base, sections.damping, by[1], triplets, count)
         boot = base + NODE * edges.clamped
         turn = four(q, ref, boot + 3)
         _, by_spin = boot_angles(turn, edges.pitched)
-        held = by_place * edges.stiffness + by_rate * edges.damping
+        held = by[0] * edges.stiffness + by[1] * edges.damping
         count = put(rows, columns, values, count, boot + 2, boot + 2, held[2])
         for k in range(3):
             line = on_quaternion(turn, by_spin[k])
             for a in range(4):
                 for b in range(4):
-                    each = held[k if k < 2 else 3] * line[a] * line[b]
-                    count = put(rows, columns, values, count, boot + 3 + a, boot + 3 + b, each)
+                    stiff = held[k if k < 2 else 3] * line[a] * line[b]
+                    count = put(rows, columns, values, count, boot + 3 + a, boot + 3 + b, stiff)
     tree = np.zeros((3, len(sign)))
-    return skier_triplets(parameters, carrier, at, pelvis, speed, tree, by_rate, triplets, count)
+    return skier_triplets(parameters, carrier, at, pelvis, speed, tree, by[1], triplets, count)

@@ -27,13 +27,14 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import FAULT
 from sssi_exudyn.simulation.full import carved_forces_kernel
 from sssi_exudyn.simulation.full import forces_kernel as kernel
-from sssi_exudyn.simulation.full.carved_forces_kernel import EITHER, LASTING, FlatSections
+from sssi_exudyn.simulation.full.carved_forces_kernel import EITHER, LASTING, CarvedSkis, FlatSections
 from sssi_exudyn.simulation.full.forces_numpy import ArrayKernel, ArrayLaws
 from sssi_exudyn.simulation.full.forces_python import interpreted_kernel
 from sssi_exudyn.simulation.full.forces_symbolic import SymbolicLaws
+from sssi_exudyn.simulation.ski_on_snow import edge as edge_kernel
+from sssi_exudyn.simulation.ski_on_snow import edge_point, point
 from sssi_exudyn.simulation.ski_on_snow import groove as groove_kernel
 from sssi_exudyn.simulation.ski_on_snow import ground as ground_kernel
-from sssi_exudyn.simulation.ski_on_snow import point
 from sssi_exudyn.simulation.ski_on_snow.groove import Groove
 from sssi_exudyn.simulation.ski_on_snow.structs import (
     Carrier,
@@ -165,36 +166,37 @@ class CarvedForces(Forces):
     def __init__(
         self, terms: Sequence[Term], sections: Sections, edges: CuttingEdges, carrier: Carrier, ref: Array
     ) -> None:
-        self._kernel = compile_kernel(point, ground_kernel, groove_kernel, kernel, carved_forces_kernel)
+        self._kernel = compile_kernel(
+            point, edge_point, ground_kernel, groove_kernel, edge_kernel, kernel, carved_forces_kernel
+        )  # fmt: skip
         self._make_room(law_parameters(terms), sections, carrier, ref, carved_forces_kernel.CARVED_SEEN)
-        self._edges, self._step = edges, 0.0
         count = len(sections.share)
         self.memory = Groove.fresh(2, 2, count)
-        self._flat = FlatSections(np.full((2, count), EITHER), np.zeros((2, count)), np.full((2, count), LASTING))
+        flat = FlatSections(np.full((2, count), EITHER), np.zeros((2, count)), np.full((2, count), LASTING))
+        self._carved = CarvedSkis(edges, self.memory, flat, 0.0)
 
     def evaluate(self, q: Array, v: Array, at: Instant) -> Array:
         self._kernel.carved_forces(
-            self._parameters, q, v, self.ref, self._sections, self._edges, self._carrier, at, self.memory, self._flat,
-            self._step, self._found,
-        )  # fmt: skip
+            self._parameters, q, v, self.ref, self._sections, self._carved, self._carrier, at, self._found
+        )
         return self.out
 
     def triplets(self, q: Array, v: Array, at: Instant, by_place: float, by_rate: float) -> Array:
         count = self._kernel.carved_jacobian(
-            self._parameters, q, v, self.ref, self._sections, self._edges, self._carrier, at, self.memory, self._flat,
-            self._step, by_place, by_rate, self._triplets,
+            self._parameters, q, v, self.ref, self._sections, self._carved, self._carrier, at, (by_place, by_rate),
+            self._triplets,
         )  # fmt: skip
         return np.column_stack([part[:count] for part in self._triplets])
 
     def bring_memory(self, step: float) -> None:
-        self._step = step
+        self._carved = self._carved._replace(step=step)
         for ski in range(2):
-            self._kernel.advect(self._edges, self._kernel.of_ski(self.memory, ski), step)
+            self._kernel.advect(self._carved.edges, self._kernel.of_ski(self.memory, ski), step)
 
     def accept(self) -> None:
         for ski in range(2):
             self._kernel.accept(self._kernel.of_ski(self.memory, ski))
-        self._kernel.keep_flat(self._flat)
+        self._kernel.keep_flat(self._carved.lying)
 
 
 class CoupledMass:

@@ -8,6 +8,7 @@ import numpy as np
 
 from sssi_exudyn.bodies.skier.skeleton import Skeleton
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.simulation.full.snow_wrench import wrench_on_nodes
 from sssi_exudyn.simulation.full.system import FREE, System
 from sssi_exudyn.simulation.heading import Turn
 from sssi_exudyn.simulation.ski_on_snow.structs import Instant
@@ -28,6 +29,7 @@ class Record:
         self._held = held != FREE
         self._clamps = np.array([int(self._data.GetObjectLTGAE(int(c))[0]) for c in held[self._held]], dtype=np.intp)
         self._forces = system.forces
+        self._skis = slice(system.first_node, None)
         self._sign = system.skeleton.sign[3:]
         self._states = np.empty((2, steps, len(system.ref)))
         self.time: list[float] = []
@@ -35,6 +37,7 @@ class Record:
         self.pull: list[Array] = []
         self.clamps: list[Array] = []
         self.feet: list[Array] = []
+        self.on_skis: list[Array] = []
         self.drag: list[Array] = []
         self.body: list[Array] = []
         self.headings: list[Array] = []
@@ -79,6 +82,8 @@ class Record:
             (self.body, self._forces.body),
         ):
             kept.append(found.copy())
+        ski = self._skis
+        self.on_skis.append(wrench_on_nodes(self._forces.out[ski], (self.q[-1] + self._forces.ref)[ski]))
 
     def turn(self, up: Array) -> Turn:
         """By how much the posture was turned about gravity at every state; ``up`` (3,) is against gravity."""

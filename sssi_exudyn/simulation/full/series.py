@@ -20,10 +20,11 @@ from sssi_exudyn.simulation.full import forces_kernel as kernel
 from sssi_exudyn.simulation.full.forces import CarvedForces
 from sssi_exudyn.simulation.full.forces_kernel import NODE
 from sssi_exudyn.simulation.full.recorder import Record
+from sssi_exudyn.simulation.full.snow_wrench import torque_on_quaternion, weight_and_inertia
 from sssi_exudyn.simulation.full.system import System, instant
 from sssi_exudyn.simulation.heading import Turn, turned
 from sssi_exudyn.simulation.posture_table import PostureTable
-from sssi_exudyn.simulation.result import EdgeSeries, SimulationResult, side_reserve
+from sssi_exudyn.simulation.result import EdgeSeries, SimulationResult, SnowWrench, Wrench, side_reserve
 
 
 def result_from_record(parts: Parts, posture: PostureTable, system: System, record: Record) -> SimulationResult:
@@ -86,7 +87,7 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         body_power = body_power + np.sum(poles * (hands.velocity - com_speed[:, None]), axis=(1, 2))
     on_foot = _from_skis(parts, posture, rows, nodes, clamps, twisted)
     moments = moments - _of_wrenches(posture, rows, *on_foot)
-    pushed = feet[:, :, kernel.LOAD, None] * np.cross(along, across)
+    snow = _snow_wrench(parts, posture.rows(rows), record, (nodes, rates), np.cross(along, across), on_feet)
     kinetic = (
         0.5 * parts.body_mass * np.sum(speed**2, axis=1)
         + parts.body_mass * np.sum(speed * com_speed, axis=1)
@@ -131,7 +132,9 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         antenna=antenna,
         coordinates=np.hstack([pelvis, angles]),
         foot_load=feet[:, :, kernel.LOAD],
-        sole_force=np.einsum("nsk,nsk->ns", pushed + friction, frame[..., 2]),
+        sole_force=np.einsum("nsk,nsk->ns", snow.force, frame[..., 2]),
+        snow=snow,
+        ski_bending=_ski_bending(parts, posture.rows(rows), np.array(record.pull), snow, on_foot, on_feet),
         foot_friction=friction,
         foot_position=foot,
         foot_velocity=foot_speed,
@@ -139,6 +142,8 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         edge_angle=feet[:, :, kernel.EDGE],
         penetration=feet[:, :, kernel.DEPTH],
         drag=drag[..., :3].sum(axis=1),
+        segment_drag={name: drag[:, k, :3] for k, name in enumerate(parts.areas)},
+        body_force=body if poles is None else body - poles.sum(axis=1),
         joint_moments=moments,
         ski_deflection=deflection,
         energy=energy,
@@ -148,6 +153,49 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         pole_force=poles,
         ankle_edging=_edging(parts, posture, rows, np.array(record.pull), on_foot[0] + on_feet, on_foot[1]),
     )
+
+
+def _snow_wrench(
+    parts: Parts,
+    posture: PostureTable,
+    record: Record,
+    skis: tuple[Array, Array],
+    normal: Array,
+    friction: Array,
+) -> SnowWrench:
+    """Return what the snow does to both skis; ``posture`` is that of the record's instants.
+
+    skis : (n, 2, k, 7) coordinates of the nodes, and their rates
+    normal : (n, 2, 3) of the snow under the feet
+    friction : (n, 2, 3) N that acts on the feet's places themselves
+    """
+    if parts.is_carved:
+        feet, first, second = np.array(record.feet), carved_forces_kernel.PUSHED, carved_forces_kernel.TWISTED
+        return SnowWrench(feet[..., first : first + 3], feet[..., second : second + 3], normal)
+    nodes, rates = (part[..., :3] for part in skis)
+    mass, gravity = (parts.node_mass, parts.node_moment), gravity_in_slope(parts.model.inclination)
+    wrench = np.array(record.on_skis) - weight_and_inertia(posture, nodes, rates, mass, gravity)
+    force, moment = np.einsum("nsij,nswj->wnsi", posture.foot_rotation, wrench.reshape(*normal.shape[:2], 2, 3))
+    return SnowWrench(force + friction, moment, normal)
+
+
+def _ski_bending(
+    parts: Parts, posture: PostureTable, pull: Array, snow: SnowWrench, on_foot: tuple[Array, Array], friction: Array
+) -> Wrench:
+    """Return what would have to act on rigid skis besides the snow, so that the feet get ``on_foot`` and ``friction``.
+
+    on_foot : (n, 2, 3) N and N m of the skis on the feet, about the feet's places
+    pull : (n, 3) m/s² of the pelvis
+    """
+    ski, turn, spin, rate = parts.ski, posture.foot_rotation, posture.foot_spin, posture.foot_spin_rate
+    arm = turn @ ski.com
+    inertia = turn @ ski.inertia @ np.swapaxes(turn, -1, -2)
+    moving = pull[:, None] + posture.foot_acceleration + np.cross(rate, arm) + np.cross(spin, np.cross(spin, arm))
+    force = ski.mass * (moving - gravity_in_slope(parts.model.inclination))
+    turning = np.einsum("nsij,nsj->nsi", inertia, rate)
+    turning += np.cross(spin, np.einsum("nsij,nsj->nsi", inertia, spin))
+    moment = np.cross(arm, force) + turning
+    return Wrench(force + on_foot[0] + friction - snow.force, moment + on_foot[1] - snow.moment)
 
 
 def _turn_hands(hands: Hands, turn: Turn) -> Hands:
@@ -206,16 +254,13 @@ def _from_skis(
 ) -> tuple[Array, Array]:
     """(n, 2, 3) N and N m in the slope frame: what the skis do to the feet, about the feet's places.
 
-    clamps (n, 2, 6): force on the clamped node (foot's frame) and on three of its quaternion's components; on a unit
-    quaternion a torque τ acts as g = 2 Eᵀ τ, so τ = ½ E g, and g's part along the quaternion itself, the norm's
-    constraint, drops out.  turned (n, 2, 3): N m on that node besides, in the foot's frame.
+    clamps (n, 2, 6): force on the clamped node (foot's frame) and on three of its quaternion's components.
+    turned (n, 2, 3): N m on that node besides, in the foot's frame.
     """
     middle = nodes[:, :, parts.mesh.clamped]
     frame = posture.foot_rotation[rows]
     general = np.concatenate([np.zeros_like(clamps[..., :1]), clamps[..., 3:]], axis=-1)
-    w, x, y, z = np.moveaxis(middle[..., 3:], -1, 0)
-    matrix = np.stack([[-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])  # E(q)
-    torque = turned + 0.5 * np.einsum("ijns,nsj->nsi", matrix, general)
+    torque = turned + torque_on_quaternion(middle[..., 3:], general)
     force = clamps[..., :3]
     torque = torque + np.cross(middle[..., :3], force)
     return -np.einsum("nsij,nsj->nsi", frame, force), -np.einsum("nsij,nsj->nsi", frame, torque)

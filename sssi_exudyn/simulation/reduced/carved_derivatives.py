@@ -11,7 +11,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.heading import Turn, turned
 from sssi_exudyn.simulation.reduced.carved_run import SHARE, Carved, carved_run, reduced_run_of
-from sssi_exudyn.simulation.reduced.carved_tangents_kernel import CarvedTangents
+from sssi_exudyn.simulation.reduced.carved_tangents_kernel import CarvedRoom, CarvedTangents, SoughtTangents
 from sssi_exudyn.simulation.reduced.derivative_inputs import (
     STEP,
     Direction,
@@ -24,9 +24,10 @@ from sssi_exudyn.simulation.reduced.derivative_inputs import (
     slope_of,
     tangent_inputs,
 )
-from sssi_exudyn.simulation.reduced.edge_setup import carving_module, edge_work
+from sssi_exudyn.simulation.reduced.edge_setup import carving_module
 from sssi_exudyn.simulation.reduced.heading_tangents import HeadingSlopes
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, load_at_start
+from sssi_exudyn.simulation.ski_on_snow.edge import EdgeLines
 
 
 class CarvedLinearisation:
@@ -50,30 +51,31 @@ class CarvedLinearisation:
         many, points, modes = len(ordered), done.points, done.modes
         listed, by_parameter = listed_parameters(self.model.terms, ordered)
         inputs = tangent_inputs(done.at, ordered, listed, by_parameter, modes)
-        counts = len(listed.index), len(done.parameters.values)
-        lines = kernel.edge_lines(points, modes, *counts)
-        room = kernel.carved_room(points, modes, *counts, many)
-        work, memory = edge_work(points, modes), done.fresh_snow()
-        skis = (done.parameters, done.ski, done.coupling, done.joint)
+        counts = len(listed.index), len(done.system.parameters.values)
+        lines = EdgeLines.room(points, modes, *counts)
+        room = CarvedRoom.room(points, modes, *counts, many)
+        work, system = done.work(), done.system
         z, zv = np.zeros((2, 7 + 2 * modes, many))
         z[:3], zv[:3] = place_at_start(done.at, ordered)
         load = np.array([slope_of(load_at_start(d.tables or done.at, SHARE)) for d in ordered])
         feet = inputs.feet.copy()
         feet[:, :, 3:6] = feet[:, :, 9:12] = 0.0
-        still = np.zeros_like(done.motion.foot_velocity)
+        still = np.zeros_like(system.motion.foot_velocity)
         kernel.rest_tangents(
-            *skis, done.motion._replace(foot_velocity=still, foot_spin=still), done.surface,
-            inputs._replace(feet=feet), done.place, done.bent, load, memory, work, lines, room, z,
+            system._replace(motion=system.motion._replace(foot_velocity=still, foot_spin=still)),
+            inputs._replace(feet=feet), done.place, done.bent, load, done.fresh_snow(), work, lines, room, z,
         )  # fmt: skip
         for foot in range(2):
             start, change = (done.place, done.velocity), (z[:3], zv[:3])
-            _, climb = climb_at_start(kernel, done.parameters, done.surface, done.at, start, change, inputs, foot)
+            _, climb = climb_at_start(
+                kernel, system.parameters, system.surface, done.at, start, change, inputs, foot
+            )  # fmt: skip
             zv[2] += SHARE[foot] * climb
         series = _empty_tangents(done, many)
         slopes = _heading_slopes(done, self._turning, captured)
         kernel.carved_tangents(
-            *skis, done.heading, done.motion, done.surface, inputs, slopes, z, zv,
-            done.fresh_snow(), work, lines, room, done.order, done.series, series,
+            system, done.heading, inputs, slopes, SoughtTangents.begin(z, zv), done.fresh_snow(), work, lines, room,
+            (done.series, series),
         )  # fmt: skip
         back = np.argsort(np.array(order, dtype=np.intp))
         through = series.angle if own else None

@@ -14,21 +14,27 @@ import numpy as np
 from sssi_exudyn.bodies.ski.mesh import BeamMesh, mesh
 from sssi_exudyn.bodies.ski.modes import damping_time, modal_ski
 from sssi_exudyn.contact.codegen.compiled import law_parameters
-from sssi_exudyn.contact.codegen.law_parameters import LawParameters
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, snow_grid
 from sssi_exudyn.simulation.heading import Turn
-from sssi_exudyn.simulation.reduced.carved_steps_kernel import CarvedSeries, Coupling, Joint
-from sssi_exudyn.simulation.reduced.edge_setup import MODES, POINTS, bending_edges, carving_module, edge_work
+from sssi_exudyn.simulation.reduced.carved_steps_kernel import (
+    CarvedSeries,
+    CarvedState,
+    CarvedSystem,
+    CarvedWork,
+    Coupling,
+    Joint,
+)
+from sssi_exudyn.simulation.reduced.edge_setup import MODES, POINTS, bending_edges, carving_module
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, first_place, load_at_start, reduced_run
 from sssi_exudyn.simulation.result import side_reserve
 from sssi_exudyn.simulation.ski_on_snow.boot_joint import BootJoint, boot_joint
-from sssi_exudyn.simulation.ski_on_snow.edge import EdgeSki
+from sssi_exudyn.simulation.ski_on_snow.edge import EdgeWork
 from sssi_exudyn.simulation.ski_on_snow.groove import Groove
 from sssi_exudyn.simulation.ski_on_snow.heading_kernel import FoundHeading
-from sssi_exudyn.simulation.ski_on_snow.structs import PrescribedMotion, ReducedSeries, SnowGrid
+from sssi_exudyn.simulation.ski_on_snow.structs import PrescribedMotion, ReducedSeries
 
 COARSE_POINTS: Final = 50
 """Contact points on each edge where steps are coarse: a ski goes on by less than their distance, too."""
@@ -76,39 +82,44 @@ class CarvedRun:
 class Carved:
     """What a run is made of, as the kernel takes it, and what it left.
 
-    at, captured : the tables, the capture corrected, turned as the run did and not;  surface : ``SnowGrid``
-    points, modes : of each ski;  order : of its steps
+    at, captured : the tables, the capture corrected, turned as the run did and not
     place, velocity : (3,) m, m/s of the pelvis at the start
-    bent : (2, 2 + modes) yaw, roll and vibrations of the skis then, heave and pitch in the latter
+    bent : (2, 2 + k) yaw, roll and vibrations of the skis then, heave and pitch in the latter
     """
 
     at: Prepared
     captured: Prepared
-    parameters: LawParameters
-    motion: PrescribedMotion
-    surface: SnowGrid
-    ski: EdgeSki
-    coupling: Coupling
-    joint: Joint
+    system: CarvedSystem
     heading: FoundHeading
-    points: int
-    modes: int
-    order: int
     place: Array
     velocity: Array
     bent: Array
     series: CarvedSeries
 
+    @property
+    def points(self) -> int:
+        """Contact points on each edge."""
+        return len(self.system.ski.width)
+
+    @property
+    def modes(self) -> int:
+        """Vibrations of each ski."""
+        return len(self.system.ski.omega)
+
     def fresh_snow(self) -> Groove:
         """What the snow remembers before the start: nothing."""
         return Groove.fresh(2, 2, self.points)
+
+    def work(self) -> CarvedWork:
+        """Room for the kernel."""
+        return CarvedWork.room(EdgeWork.room(self.points, self.modes), self.modes)
 
 
 def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = None) -> CarvedRun:
     """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
     done = carved_run(model, prepared, joint)
     series = done.series
-    given = series.bent[..., 2:] @ done.ski.give.T
+    given = series.bent[..., 2:] @ done.system.ski.give.T
     return CarvedRun(
         run=reduced_run_of(done),
         yaw=series.bent[..., 0],
@@ -124,45 +135,44 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
 
 def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None) -> Carved:
     """One run with all that it was made of.  Raises SimulationDiverged as ``simulate_carved`` does."""
-    at = prepared.correct_capture(model)
-    kernel = carving_module()
-    parameters, motion, surface = law_parameters(model.terms), at.kernel_motion(), snow_grid(model.surface)
-    coarse = at.step > 0.5 * (CARVED_STEP + COARSE_CARVED_STEP)
-    points, fast, order = (COARSE_POINTS, COARSE_MODES, COARSE_ORDER) if coarse else (POINTS, MODES, ORDER)
-    modes = fast + GIVING
-    springs = joint or boot_joint(model.equipment)
-    cut = mesh(model.ski, contacts=points, cutting=True)
-    modal = modal_ski(cut, modes, springs.stiffness[2:])
-    edges = bending_edges(cut, modal)
-    base = np.array([0.0, 0.0, -float(model.ski.height(model.ski.s_of_x(0.0)))])
-    ski = edges._replace(points=edges.points + base)
-    coupling = Coupling(
-        np.ascontiguousarray(modal.participation[:, :3]), np.ascontiguousarray(modal.participation[:, 3:])
-    )
-    memory, work = Groove.fresh(2, 2, points), edge_work(points, modes)
+    at, kernel = prepared.correct_capture(model), carving_module()
+    system = _carved_system(model, at, joint or boot_joint(model.equipment))
+    points, modes = len(system.ski.width), len(system.ski.omega)
+    memory, work = Groove.fresh(2, 2, points), CarvedWork.room(EdgeWork.room(points, modes), modes)
     place, velocity = first_place(model, at)
     load = float(load_at_start(at, SHARE))
-    place[2] = kernel.rest_height(parameters, ski, motion, surface, place, load, memory, work)
-    held = _kernel_joint(springs, cut)
+    place[2] = kernel.rest_height(system, place, load, memory, work)
     bent = np.zeros((2, 2 + modes))
-    if not np.isfinite(place[2]) or not kernel.bend_at_rest(
-        parameters, ski, coupling, held, motion, surface, place, load, bent, memory, work
-    ):
+    if not np.isfinite(place[2]) or not kernel.bend_at_rest(system, place, load, bent, memory, work):
         raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
     velocity[2] = along_snow(model, place + at.foot_place[0], velocity, at.foot_velocity[0], SHARE)
     series, heading = _empty_series(len(at.time), modes), _kernel_heading(model, at)
     if heading.found:
-        motion = _copy_turned(motion)
-    done = kernel.run_carved(
-        parameters, ski, coupling, held, heading, motion, surface, place, velocity, bent, memory, work, order, series
-    )
-    if done < len(at.time):
-        raise SimulationDiverged(float(at.time[done]), "Newton's method does not converge on snow that edges cut")
+        system = system._replace(motion=_copy_turned(system.motion))
+    reached = kernel.run_carved(system, heading, CarvedState.begin(place, velocity, bent), memory, work, series)
+    if reached < len(at.time):
+        raise SimulationDiverged(float(at.time[reached]), "Newton's method does not converge on snow that edges cut")
     turned = at.turn(Turn.of(at.up, heading.angle)) if heading.found else at
-    return Carved(
-        turned, at, parameters, motion, surface, ski, coupling, held, heading, points, modes, order, place, velocity,
-        bent, series,
-    )  # fmt: skip
+    return Carved(turned, at, system, heading, place, velocity, bent, series)
+
+
+def _carved_system(model: Model, at: Prepared, joint: BootJoint) -> CarvedSystem:
+    """Laws, skis, joints and posture as the kernel takes them; coarser skis for coarse steps."""
+    coarse = at.step > 0.5 * (CARVED_STEP + COARSE_CARVED_STEP)
+    points, fast, order = (COARSE_POINTS, COARSE_MODES, COARSE_ORDER) if coarse else (POINTS, MODES, ORDER)
+    cut = mesh(model.ski, contacts=points, cutting=True)
+    modal = modal_ski(cut, fast + GIVING, joint.stiffness[2:])
+    edges = bending_edges(cut, modal)
+    base = np.array([0.0, 0.0, -float(model.ski.height(model.ski.s_of_x(0.0)))])
+    return CarvedSystem(
+        parameters=law_parameters(model.terms),
+        ski=edges._replace(points=edges.points + base),
+        coupling=Coupling(*(np.ascontiguousarray(part) for part in np.hsplit(modal.participation, 2))),
+        joint=_kernel_joint(joint, cut),
+        motion=at.kernel_motion(),
+        surface=snow_grid(model.surface),
+        order=order,
+    )
 
 
 def _kernel_joint(joint: BootJoint, cut: BeamMesh) -> Joint:

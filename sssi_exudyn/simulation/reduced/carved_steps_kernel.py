@@ -1,5 +1,5 @@
-"""The reduced model's loop over time on snow that edges cut: a template that ``compiled`` joins with the laws,
-``ground_kernel``, ``groove_kernel``, ``heading_kernel`` and ``carving_kernel``.
+"""The reduced model's loop over time on snow that edges cut: a template that ``compiled`` joins with the laws and the
+kernels of ``ski_on_snow``.
 
 Unknowns are the pelvis' place x (3) and, of each ski, its yaw ψ and roll φ against the foot and the amplitudes η of its
 vibrations; all else of the posture is prescribed.  With the ski's snow force F and moment about the foot's place
@@ -28,13 +28,19 @@ import numpy as np
 
 from sssi_exudyn.contact.codegen.vectors import cross, dot, into, out_of, plus, three, times
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.runtime.jit import inlined, njit
 from sssi_exudyn.terrain.surface import patch_under
 
 segment_derivatives: Callable[..., tuple[float, ...]]
 body_force: Callable[..., tuple[float, float, float]]
 ground: Callable[..., tuple[float, tuple[float, float, float]]]
 press_edges: Callable[..., None]
+SkiPose: Callable[..., Any]
+time_step: Callable[..., Any]
+next_place: Callable[..., float]
+next_rate: Callable[..., float]
+backward: Callable[..., Any]
+next_value: Callable[..., float]
 advect: Callable[..., None]
 accept: Callable[..., None]
 of_ski: Callable[..., Any]
@@ -46,9 +52,6 @@ ITERATIONS = 30
 """Newton iterations at most."""
 SMALL = 1e-5
 """m/s²: a change of the accelerations that moves the skier by 10⁻¹⁰ m in a step."""
-REST_ITERATIONS = 200
-REST = 1e-7
-"""m by which the height of a skier at rest is known."""
 LOOSE = 1.0
 """m/s²: where two branches of the law alternate, what may be left of it."""
 
@@ -72,6 +75,78 @@ class Coupling(NamedTuple):
 
     translation: Array
     rotation: Array
+
+
+class CarvedSystem(NamedTuple):
+    """What does not change along a run.
+
+    parameters : ``LawParameters``;  ski : ``EdgeSki``, the same for both;  motion : ``PrescribedMotion``
+    surface : ``SnowGrid``;  order : of the skis' steps, 1 or 2
+    """
+
+    parameters: Any
+    ski: Any
+    coupling: Coupling
+    joint: Joint
+    motion: Any
+    surface: Any
+    order: int
+
+
+class CarvedState(NamedTuple):
+    """The unknowns at one instant, and those that a step tries.
+
+    place, velocity, acceleration : (3,) m, m/s, m/s² of the pelvis
+    bent, bending : (2, 2 + k) yaw, roll and bend of the skis, and their rates;  old_bent, old_bending : a step before
+    trial : (7 + 2k,) accelerations of the pelvis, then of what bends each ski, that a step tries
+    next_bent, next_bending : (2, 2 + k) what these lead to
+    """
+
+    place: Array
+    velocity: Array
+    acceleration: Array
+    bent: Array
+    bending: Array
+    old_bent: Array
+    old_bending: Array
+    trial: Array
+    next_bent: Array
+    next_bending: Array
+
+    @classmethod
+    def begin(cls, place: Array, velocity: Array, bent: Array) -> CarvedState:
+        """The state at the start, which keeps none of these arrays."""
+        still = np.zeros_like(bent)
+        return cls(
+            place.copy(), velocity.copy(), np.zeros(3), bent.copy(), still, bent.copy(), still.copy(),
+            np.zeros(3 + bent.size), bent.copy(), still.copy(),
+        )  # fmt: skip
+
+
+class CarvedWork(NamedTuple):
+    """Arrays in which a step is found.
+
+    edges : ``EdgeWork``;  snow, frame, local : (3, 3) the snow's axes, a ski's rotation, and that on the snow
+    columns : (6 + k, 5 + k) how a ski's snow coordinates follow from what is sought of pelvis and ski
+    matrix, residual : (7 + 2k, 7 + 2k), (7 + 2k,) of Newton's method
+    drag : (4,) N of the air on all segments, and N m on the heading
+    """
+
+    edges: Any
+    snow: Array
+    frame: Array
+    local: Array
+    columns: Array
+    matrix: Array
+    residual: Array
+    drag: Array
+
+    @classmethod
+    def room(cls, edges: Any, modes: int) -> CarvedWork:
+        """Room for a ski of so many vibrations, whose edges have ``EdgeWork``."""
+        axes, size = np.zeros((3, 3, 3)), 7 + 2 * modes
+        columns = np.zeros((6 + modes, 5 + modes))
+        return cls(edges, axes[0], axes[1], axes[2], columns, np.zeros((size, size)), np.zeros(size), np.zeros(4))
 
 
 class CarvedSeries(NamedTuple):
@@ -98,14 +173,6 @@ class CarvedSeries(NamedTuple):
     moment: Array
     power: Array
     reserve: Array
-
-
-@njit(cache=True, error_model="numpy")
-def backward(n, step, order):
-    """What of a value at the instants n − 1 and n − 2 is predicted at n, and what its rate at n adds (s)."""
-    if n < order:
-        return 1.0, 0.0, step if n > 0 else 0.0
-    return (1.0, 0.0, step) if order == 1 else (4.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0 * step)
 
 
 @njit(cache=True, error_model="numpy")
@@ -151,341 +218,301 @@ def given_by(ski, eta):
 
 
 @njit(cache=True, error_model="numpy")
-def place_ski(parameters, ski, motion, surface, n, side, x, q, snow, frame):
-    """A ski at an instant, the pelvis at a place x (tuple), the ski turned and bent by q (2 + k,): its boot centre's
-    place and height over the snow, its heave (m), and the axes that it yaws and heaves, rolls and pitches about.
-
-    snow, frame : (3, 3) are filled with the snow's axes and the ski's rotation
+def place_ski(system, n, side, x, bent, work):
+    """Return a ski's place at an instant, the pelvis at x (tuple), the ski turned and bent (2 + k,): its boot centre's
+    place and height over the snow, its heave (m), and the axes that it yaws and heaves, rolls and pitches about.  The
+    axes of ``work`` are filled.
     """
-    foot_frame = motion.foot_rotation[n, side]
-    heave, pitch = given_by(ski, q[2:])
-    long = turn_ski(foot_frame, q[0], q[1], pitch, frame)
+    foot_frame, snow, frame, local = system.motion.foot_rotation[n, side], work.snow, work.frame, work.local
+    heave, pitch = given_by(system.ski, bent[2:])
+    long = turn_ski(foot_frame, bent[0], bent[1], pitch, frame)
     upright = (foot_frame[0, 2], foot_frame[1, 2], foot_frame[2, 2])
-    at = plus(plus(x, three(motion.foot_place[n, side], 0)), times(heave, upright))
-    height = standing_on(parameters, at, surface, snow)
+    at = plus(plus(x, three(system.motion.foot_place[n, side], 0)), times(heave, upright))
+    height = standing_on(system.parameters, at, system.surface, snow)
+    turn_into(snow, frame, local)
     return at, height, heave, upright, long, (frame[0, 1], frame[1, 1], frame[2, 1])
 
 
 @njit(cache=True, error_model="numpy")
-def pose_ski(parameters, ski, motion, surface, n, side, x, v, q, rate, snow, frame, local):
-    """A ski at an instant, the pelvis at a place with a velocity (tuples), the ski turned and bent by q (2 + k,): the
-    foot as ``press_edges`` takes it; place, velocity and spin of the boot centre in the slope's frame; the axes that
-    the ski yaws and heaves, rolls and pitches about; its heave and the rates of heave and pitch.
+def pose_ski(system, n, side, x, v, bent, bending, work):
+    """Pose a ski at an instant, the pelvis at a place with a velocity (tuples), the ski turned and bent (2 + k,).
 
-    snow, frame, local : (3, 3) are filled with the snow's axes, the ski's rotation, and that on the snow
+    Returns the ski as ``press_edges`` takes it; place, velocity and spin of the boot centre in the slope's frame; the
+    axes that the ski yaws and heaves, rolls and pitches about; its heave and the rates of heave and pitch.
     """
-    at, height, heave, upright, long, left = place_ski(
-        parameters, ski, motion, surface, n, side, x, q, snow, frame
-    )  # fmt: skip
-    heaving, pitching = given_by(ski, rate[2:])
-    local[:] = np.dot(snow, frame)
+    motion, snow = system.motion, work.snow
+    at, height, heave, upright, long, left = place_ski(system, n, side, x, bent, work)
+    heaving, pitching = given_by(system.ski, bending[2:])
     turning = three(motion.foot_spin[n, side], 0)
-    spin = plus(plus(turning, times(rate[0], upright)), plus(times(rate[1], long), times(pitching, left)))
+    spin = plus(plus(turning, times(bending[0], upright)), plus(times(bending[1], long), times(pitching, left)))
     moving = plus(plus(v, three(motion.foot_velocity[n, side], 0)), times(heaving, upright))
     moving = plus(moving, times(heave, cross(turning, upright)))
-    foot = (
-        height, out_of(snow, moving), local, out_of(snow, spin), out_of(snow, upright), out_of(snow, left)
+    pose = SkiPose(
+        height, out_of(snow, moving), work.local, out_of(snow, spin), out_of(snow, upright), out_of(snow, left),
+        bent[2:], bending[2:],
     )  # fmt: skip
-    return foot, (at, moving, spin), (upright, long, left), (heave, heaving, pitching)
+    return pose, (at, moving, spin), (upright, long, left), (heave, heaving, pitching)
 
 
 @njit(cache=True, error_model="numpy")
-def rest_height(parameters, ski, motion, surface, place, load, memory, work):
-    """Height of the pelvis (m) at which both unbent skis at the first instant carry ``load`` (N) in fresh snow.
-
-    Negative infinity where none is found.
-    """
-    modes = ski.omega.shape[0]
-    size = 6 + modes
-    still, nothing, ones = np.zeros(modes), np.zeros(size), np.ones(size)
-    snow, turned, matrix = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((size, size))
-    low, high = place[2] - 0.3, place[2] + 0.3
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        carried = 0.0
-        for side in range(2):
-            at = plus((place[0], place[1], middle), three(motion.foot_place[0, side], 0))
-            height = standing_on(parameters, at, surface, snow)
-            turned[:] = np.dot(snow, motion.foot_rotation[0, side])
-            nothing[:] = 0.0
-            foot = (height, (0.0, 0.0, 0.0), turned, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-            press_edges(
-                parameters,
-                ski,
-                of_ski(memory, side),
-                foot,
-                still,
-                still,
-                0.0,
-                ones,
-                ones,
-                nothing,
-                matrix,
-                work,
-            )
-            carried += nothing[2]
-        if carried > load:
-            low = middle
-        else:
-            high = middle
-    return middle if high < place[2] + 0.3 else -np.inf
+def turn_into(snow, frame, local):
+    """Fill ``local`` with a ski's rotation on the snow, whose axes are the rows of ``snow``."""
+    for i in range(3):
+        for j in range(3):
+            local[i, j] = snow[i, 0] * frame[0, j] + snow[i, 1] * frame[1, j] + snow[i, 2] * frame[2, j]
 
 
 @njit(cache=True, error_model="numpy")
-def bend_at_rest(parameters, ski, coupling, joint, motion, surface, place, load, q, memory, work):
-    """Find yaw, roll and bend ``q`` (2, 2 + k) of both skis at rest in fresh snow at the first instant, and the height
-    ``place[2]`` (m) at which they carry ``load`` (N) then.  False where Newton's method finds none.
+def press_ski(system, memory, pose, long, h, work):
+    """Press a ski into the snow; the force (5 + k,) on pelvis, yaw, roll and bend, and its derivatives by these, the
+    sign turned.
+
+    memory : of the ski;  long : (3,) its long axis on the snow
     """
-    modes = ski.omega.shape[0]
-    own, of_snow = 2 + modes, 6 + modes
-    size = 1 + 2 * own
-    still, pressed, ones, zeros = np.zeros(modes), np.zeros(of_snow), np.ones(of_snow), np.zeros(of_snow)
-    snow, frame, stiff = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((of_snow, of_snow))
-    columns = np.zeros((of_snow, 1 + own))  # how a ski's snow coordinates follow from what is sought
-    matrix, residual = np.zeros((size, size)), np.zeros(size)
-    q[:] = 0.0
-    for _ in range(REST_ITERATIONS):
-        matrix[:] = 0.0
-        residual[:] = 0.0
-        residual[0] = load
-        for side in range(2):
-            base = 1 + side * own
-            _, height, _, upright, long, left = place_ski(
-                parameters, ski, motion, surface, 0, side, three(place, 0), q[side], snow, frame
-            )  # fmt: skip
-            turned = out_of(snow, upright), out_of(snow, long)
-            pressed[:] = 0.0
-            stiff[:] = 0.0
-            foot = (
-                height, (0.0, 0.0, 0.0), np.dot(snow, frame), (0.0, 0.0, 0.0), turned[0], out_of(snow, left)
-            )  # fmt: skip
-            press_edges(
-                parameters, ski, of_ski(memory, side), foot, q[side, 2:], still, 0.0, ones, zeros, pressed, stiff, work
-            )
-            columns[:] = 0.0
-            for c in range(3):
-                columns[c, 0] = snow[c, 2]
-                columns[3 + c, 1], columns[3 + c, 2] = turned[0][c], turned[1][c]
-            for k in range(modes):
-                columns[6 + k, 3 + k] = 1.0
-            force, slopes = np.dot(columns.T, pressed), np.dot(columns.T, np.dot(stiff, columns))
-            for i in range(1 + own):
-                row = 0 if i == 0 else base + i - 1
-                residual[row] -= force[i]
-                for j in range(1 + own):
-                    matrix[row, 0 if j == 0 else base + j - 1] += slopes[i, j]
-            for i in range(own):
-                held = joint.stiffness[i] if i < 2 else ski.omega[i - 2] ** 2
-                rest = joint.rest[side, i] if i < 2 else 0.0
-                residual[base + i] += held * (q[side, i] - rest)
-                matrix[base + i, base + i] += held
-            for k in range(modes):
-                felt = three(motion.ski_acceleration[0, side], 0), three(motion.ski_turning[0, side], 0)
-                residual[base + 2 + k] += dot(three(coupling.translation[k], 0), felt[0])
-                residual[base + 2 + k] += dot(three(coupling.rotation[k], 0), felt[1])
-        if not eliminate(matrix, residual):
-            return False
-        # a ski that is let down by more than it sinks leaves the snow
-        share = min(1.0, 2e-3 / max(abs(residual[0]), 1e-12))
-        place[2] -= share * residual[0]
-        for side in range(2):
-            for i in range(own):
-                q[side, i] -= share * residual[1 + side * own + i]
-        if not abs(residual[0]) < 1.0:
-            return False
-        if abs(residual[0]) < REST:
-            return True
-    return False
+    columns, edges = work.columns, work.edges
+    press_edges(system.parameters, system.ski, memory, pose, h, edges)
+    columns[:] = 0.0
+    for c in range(3):
+        for d in range(3):
+            columns[c, d] = work.snow[c, d]
+        columns[3 + c, 3], columns[3 + c, 4] = pose.heave_axis[c], long[c]
+    for k in range(columns.shape[0] - 6):
+        columns[6 + k, 5 + k] = 1.0
+    return np.dot(columns.T, edges.force), np.dot(columns.T, np.dot(edges.matrix, columns))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def run_carved(
-    parameters, ski, coupling, joint, heading, motion, surface, place, velocity, bent, memory, work, order, series
-):  # fmt: skip
+def run_carved(system, heading, state, memory, work, series):
     """Integrate a run from its start; fills series.  The number of instants that were reached.
 
-    heading : ``FoundHeading``; where it is found the tables of ``motion`` and its own are turned in place
-
-    place, velocity : (3,) m, m/s of the pelvis at the start;  bent : (2, 2 + k) yaw, roll and bend of the skis then
-    memory : ``Groove`` with a first axis for the skis;  order : of the skis' steps, 1 or 2
+    heading : ``FoundHeading``; where it is found the tables of the system's motion and its own are turned in place
+    state : ``CarvedState``;  memory : ``Groove`` with a first axis for the skis;  work : ``CarvedWork``
     """
-    modes = ski.omega.shape[0]
-    own = 2 + modes
-    size, of_snow = 3 + 2 * own, 6 + modes
-    step, mass, gravity = motion.step, motion.mass, motion.gravity
-    x, v, acceleration = place.copy(), velocity.copy(), np.zeros(3)
-    q, rate = bent.copy(), np.zeros((2, own))
-    new_q, new_rate, old_q, old_rate = q.copy(), rate.copy(), q.copy(), rate.copy()
-    trial = np.zeros(size)
-    matrix, residual = np.zeros((size, size)), np.zeros(size)
-    by_place, by_rate = np.ones(of_snow), np.ones(of_snow)
-    pressed, stiff = np.zeros(of_snow), np.zeros((of_snow, of_snow))
-    columns = np.zeros((of_snow, 3 + own))  # how a ski's snow coordinates follow from what is sought
-    snow, frame, local = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
-    drag = np.zeros(4)
-    for n in range(motion.time.shape[0]):
-        # the first instant finds the accelerations of the start
-        h = step if n > 0 else 0.0
-        last, before, own_rate = backward(n, step, order)
-        pelvis_place, pelvis_rate, own_place = 0.25 * h * h, 0.5 * h, own_rate * own_rate
-        if heading.found:
-            turn_heading(heading, motion, n, h)
-        for side in range(2):
-            advect(ski, of_ski(memory, side), h)
-        done = False
-        for iteration in range(ITERATIONS):
-            new_x = (
-                x[0] + h * v[0] + pelvis_place * (acceleration[0] + trial[0]),
-                x[1] + h * v[1] + pelvis_place * (acceleration[1] + trial[1]),
-                x[2] + h * v[2] + pelvis_place * (acceleration[2] + trial[2]),
-            )
-            new_v = (
-                v[0] + pelvis_rate * (acceleration[0] + trial[0]),
-                v[1] + pelvis_rate * (acceleration[1] + trial[1]),
-                v[2] + pelvis_rate * (acceleration[2] + trial[2]),
-            )
-            for side in range(2):
-                for k in range(own):
-                    moved = last * rate[side, k] + before * old_rate[side, k]
-                    new_rate[side, k] = moved + own_rate * trial[3 + side * own + k]
-                    new_q[side, k] = last * q[side, k] + before * old_q[side, k] + own_rate * new_rate[side, k]
-            matrix[:] = 0.0
-            for c in range(3):
-                residual[c] = mass * (trial[c] - gravity[c]) + motion.carried[n, c]
-                matrix[c, c] = mass
-            series.power[n, :] = 0.0
-            series.reserve[n, :, :] = 0.0
-            for side in range(2):
-                base = 3 + side * own
-                foot_frame = motion.foot_rotation[n, side]
-                foot, _, axes, given = pose_ski(
-                    parameters, ski, motion, surface, n, side, new_x, new_v, new_q[side], new_rate[side], snow, frame,
-                    local,
-                )  # fmt: skip
-                upright, long = axes[0], axes[1]
-                pressed[:] = 0.0
-                stiff[:] = 0.0
-                for c in range(of_snow):
-                    by_place[c] = pelvis_place if c < 3 else own_place
-                    by_rate[c] = pelvis_rate if c < 3 else own_rate
-                press_edges(
-                    parameters, ski, of_ski(memory, side), foot, new_q[side, 2:], new_rate[side, 2:], h,
-                    by_place, by_rate, pressed, stiff, work,
-                )  # fmt: skip
-                columns[:] = 0.0
-                turned = out_of(snow, upright), out_of(snow, long)
-                for c in range(3):
-                    for d in range(3):
-                        columns[c, d] = snow[c, d]
-                    columns[3 + c, 3], columns[3 + c, 4] = turned[0][c], turned[1][c]
-                for k in range(modes):
-                    columns[6 + k, 5 + k] = 1.0
-                force = np.dot(columns.T, pressed)
-                slopes = np.dot(columns.T, np.dot(stiff, columns))
-                for i in range(3 + own):
-                    row = i if i < 3 else base + i - 3
-                    if i < 3:
-                        residual[row] -= force[i]
-                    else:
-                        residual[row] = -force[i]
-                    for j in range(3 + own):
-                        matrix[row, j if j < 3 else base + j - 3] += slopes[i, j]
-                for i in range(2):
-                    residual[base + i] += (
-                        joint.inertia[i] * trial[base + i]
-                        + joint.damping[i] * new_rate[side, i]
-                        + joint.stiffness[i] * (new_q[side, i] - joint.rest[side, i])
-                    )
-                    matrix[base + i, base + i] += (
-                        joint.inertia[i] + joint.damping[i] * own_rate + joint.stiffness[i] * own_place
-                    )
-                pulled = into(frame, (trial[0], trial[1], trial[2]))
-                for k in range(modes):
-                    i = base + 2 + k
-                    p, w, ratio = three(coupling.translation[k], 0), ski.omega[k], ski.ratio[k]
-                    residual[i] += (
-                        trial[i] + 2.0 * ratio * w * new_rate[side, 2 + k] + w * w * new_q[side, 2 + k]
-                        + dot(p, plus(pulled, three(motion.ski_acceleration[n, side], 0)))
-                        + dot(three(coupling.rotation[k], 0), three(motion.ski_turning[n, side], 0))
-                    )  # fmt: skip
-                    matrix[i, i] += 1.0 + 2.0 * ratio * w * own_rate + w * w * own_place
-                    outwards = out_of(frame, p)
-                    for c in range(3):
-                        residual[c] += outwards[c] * trial[i]
-                        matrix[c, i] += outwards[c]
-                        matrix[i, c] += outwards[c]
-                for i in range(2):
-                    for k in range(modes):
-                        slowed = joint.slowing[i] * ski.give[i, k]
-                        residual[base + 2 + k] += slowed * given[1 + i]
-                        for j in range(modes):
-                            matrix[base + 2 + k, base + 2 + j] += slowed * ski.give[i, j] * own_rate
-                normal = (snow[2, 0], snow[2, 1], snow[2, 2])
-                load = pressed[2]
-                series.loads[n, side] = load
-                left, up = (frame[0, 1], frame[1, 1], frame[2, 1]), (frame[0, 2], frame[1, 2], frame[2, 2])
-                series.edges[n, side] = math.atan2(dot(left, normal), dot(up, normal))
-                moment = into(snow, (pressed[3], pressed[4], pressed[5]))
-                moment = plus(moment, times(given[0], cross(upright, three(force, 0))))
-                for c in range(3):
-                    series.force[n, side, c] = force[c]
-                    series.friction[n, side, c] = force[c] - load * normal[c]
-                    series.moment[n, side, c] = moment[c]
-                series.sole[n, side] = (
-                    foot_frame[0, 2] * force[0] + foot_frame[1, 2] * force[1] + foot_frame[2, 2] * force[2]
-                )
-                for i in range(ski.width.shape[0]):
-                    series.power[n, 0] -= work.seen[i, 1] * work.seen[i, 7]
-                    series.power[n, 1] -= work.seen[i, 2] * work.seen[i, 8]
-                    series.power[n, 2] += work.seen[i, 0] * work.seen[i, 11]
-                    series.reserve[n, side, 0] += work.seen[i, 3]
-                    series.reserve[n, side, 1] += work.seen[i, 12]
-            drag[:] = 0.0
-            for k in range(motion.area.shape[0]):
-                moving = plus(new_v, three(motion.exposed_velocity[n, k], 0))
-                facing = motion.exposed_facing[n, k]
-                found = segment_derivatives(
-                    parameters, motion.time[n], new_x[0], new_x[1], moving[0], moving[1], moving[2], motion.area[k],
-                    facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
-                )  # fmt: skip
-                for c in range(3):
-                    residual[c] -= found[c]
-                    drag[c] += found[c]
-                    drag[3] += found[c] * heading.exposed_swing[n, k, c]
-                    for d in range(3):
-                        matrix[c, d] -= pelvis_rate * found[3 + 3 * c + d]
-            at = plus(new_x, three(motion.com_place[n], 0))
-            moving = plus(new_v, three(motion.com_velocity[n], 0))
-            body = body_force(parameters, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2])
-            for c in range(3):
-                residual[c] -= body[c]
-            if not eliminate(matrix, residual):
-                return n
-            share = 1.0 if iteration < 12 else 0.5
-            largest = 0.0
-            for i in range(size):
-                trial[i] -= share * residual[i]
-                largest = max(largest, abs(residual[i]))
-            if not largest < 1e9:
-                return n
-            if largest < SMALL:
-                done = True
-                break
-        if not done and largest * max(h, 1e-3) ** 2 > LOOSE:
+    for n in range(system.motion.time.shape[0]):
+        if not advance(system, heading, n, state, memory, work, series):
             return n
-        for c in range(3):
-            x[c], v[c], acceleration[c] = new_x[c], new_v[c], trial[c]
-            series.place[n, c], series.velocity[n, c] = new_x[c], new_v[c]
-        for i in range(size):
-            series.acceleration[n, i] = trial[i]
+    return system.motion.time.shape[0]
+
+
+@inlined
+def advance(system, heading, n, state, memory, work, series):
+    """Bring the state from the instant before to the n-th; at the first, find the accelerations.  False where Newton's
+    method fails.
+    """
+    step, rule = time_step(n, system.motion.step), backward(n, system.motion.step, system.order)
+    if heading.found:
+        turn_heading(heading, system.motion, n, step.length)
+    for side in range(2):
+        advect(system.ski, of_ski(memory, side), step.length)
+    for c in range(work.edges.by_place.shape[0]):
+        work.edges.by_place[c] = step.by_place if c < 3 else rule.share * rule.share
+        work.edges.by_rate[c] = step.by_rate if c < 3 else rule.share
+    largest = np.inf
+    for iteration in range(ITERATIONS):
+        x, v = predict(state, step, rule)
+        begin_equations(system, n, state, work)
         for side in range(2):
-            for k in range(own):
-                old_q[side, k], old_rate[side, k] = q[side, k], rate[side, k]
-                q[side, k], rate[side, k] = new_q[side, k], new_rate[side, k]
-                series.bent[n, side, k], series.bending[n, side, k] = q[side, k], rate[side, k]
-            accept(of_ski(memory, side))
-        if heading.found:
-            heading.moment[n] = moment_on_heading(
-                heading, motion, n, series.force[n], series.moment[n], drag, body
+            add_ski(system, n, side, (x, v), (step, rule), state, of_ski(memory, side), work, series)
+        body = add_surroundings(system, heading, n, x, v, step.by_rate, work)
+        if not eliminate(work.matrix, work.residual):
+            return False
+        share = 1.0 if iteration < 12 else 0.5
+        largest = 0.0
+        for i in range(state.trial.shape[0]):
+            state.trial[i] -= share * work.residual[i]
+            largest = max(largest, abs(work.residual[i]))
+        if not largest < 1e9:
+            return False
+        if largest < SMALL:
+            break
+    if largest >= SMALL and largest * max(step.length, 1e-3) ** 2 > LOOSE:
+        return False
+    take(state, x, v, n, series)
+    for side in range(2):
+        accept(of_ski(memory, side))
+    if heading.found:
+        heading.moment[n] = moment_on_heading(
+            heading, system.motion, n, series.force[n], series.moment[n], work.drag, body
+        )  # fmt: skip
+    return True
+
+
+@inlined
+def predict(state, step, rule):
+    """Return place and velocity (tuples) of the pelvis by the accelerations that are tried; fill those of the skis.
+
+    step : ``TimeStep`` of the pelvis;  rule : ``Backward`` of the skis
+    """
+    x, v, pull = state.place, state.velocity, plus(three(state.acceleration, 0), three(state.trial, 0))
+    new_x = (
+        next_place(step, x[0], v[0], pull[0]), next_place(step, x[1], v[1], pull[1]),
+        next_place(step, x[2], v[2], pull[2]),
+    )  # fmt: skip
+    new_v = next_rate(step, v[0], pull[0]), next_rate(step, v[1], pull[1]), next_rate(step, v[2], pull[2])
+    own = state.bent.shape[1]
+    for side in range(2):
+        for k in range(own):
+            bending = next_value(
+                rule, state.bending[side, k], state.old_bending[side, k], state.trial[3 + side * own + k]
             )  # fmt: skip
-    return motion.time.shape[0]
+            state.next_bending[side, k] = bending
+            state.next_bent[side, k] = next_value(rule, state.bent[side, k], state.old_bent[side, k], bending)
+    return new_x, new_v
+
+
+@inlined
+def take(state, x, v, n, series):
+    """Take what a step tried as what it led to."""
+    for c in range(3):
+        state.place[c], state.velocity[c], state.acceleration[c] = x[c], v[c], state.trial[c]
+        series.place[n, c], series.velocity[n, c] = x[c], v[c]
+    for i in range(state.trial.shape[0]):
+        series.acceleration[n, i] = state.trial[i]
+    for side in range(2):
+        for k in range(state.bent.shape[1]):
+            state.old_bent[side, k], state.old_bending[side, k] = state.bent[side, k], state.bending[side, k]
+            bent, bending = state.next_bent[side, k], state.next_bending[side, k]
+            state.bent[side, k], state.bending[side, k] = bent, bending
+            series.bent[n, side, k], series.bending[n, side, k] = bent, bending
+
+
+@inlined
+def begin_equations(system, n, state, work):
+    """Begin the equations of an instant with the pelvis' own: all masses, their weight, and what the posture does."""
+    motion, matrix, residual = system.motion, work.matrix, work.residual
+    matrix[:] = 0.0
+    residual[:] = 0.0
+    for c in range(3):
+        residual[c] = motion.mass * (state.trial[c] - motion.gravity[c]) + motion.carried[n, c]
+        matrix[c, c] = motion.mass
+
+
+@inlined
+def add_ski(system, n, side, pelvis, steps, state, memory, work, series):
+    """Add to the equations of an instant those of a ski, and what it does to the pelvis; record it.
+
+    pelvis : its place and velocity (tuples);  steps : ``TimeStep`` of it and ``Backward`` of the skis
+    memory : of the ski
+    """
+    (x, v), (step, rule) = pelvis, steps
+    own, matrix, residual = state.bent.shape[1], work.matrix, work.residual
+    base = 3 + side * own
+    bent, bending = state.next_bent[side], state.next_bending[side]
+    pose, _, axes, given = pose_ski(system, n, side, x, v, bent, bending, work)
+    force, slopes = press_ski(system, memory, pose, out_of(work.snow, axes[1]), step.length, work)
+    for i in range(3 + own):
+        row = i if i < 3 else base + i - 3
+        residual[row] -= force[i]
+        for j in range(3 + own):
+            matrix[row, j if j < 3 else base + j - 3] += slopes[i, j]
+    add_joint(system, side, (bent, bending, state.trial), rule.share, work)
+    add_modes(system, n, side, (bent, bending, state.trial), given, rule.share, work)
+    record_ski(system, n, side, three(force, 0), axes[0], given[0], work, series)
+
+
+@inlined
+def add_joint(system, side, moved, share, work):
+    """Add what holds a ski against its foot in yaw and roll, and its inertia.
+
+    moved : how the ski is turned and bent, the rates of that, and all accelerations;  share : s of the skis' steps
+    """
+    (bent, bending, trial), joint = moved, system.joint
+    base = 3 + side * bent.shape[0]
+    for i in range(2):
+        work.residual[base + i] += (
+            joint.inertia[i] * trial[base + i]
+            + joint.damping[i] * bending[i]
+            + joint.stiffness[i] * (bent[i] - joint.rest[side, i])
+        )
+        work.matrix[base + i, base + i] += (
+            joint.inertia[i] + joint.damping[i] * share + joint.stiffness[i] * share * share
+        )
+
+
+@inlined
+def add_modes(system, n, side, moved, given, share, work):
+    """Add inertia, stiffness and damping of a ski's vibrations, and what they and the pelvis do to each other.
+
+    moved, share : as in ``add_joint``;  given : heave, and the rates of heave and pitch
+    """
+    bent, bending, trial = moved
+    base = 3 + side * bent.shape[0]
+    ski, coupling, joint, motion = system.ski, system.coupling, system.joint, system.motion
+    matrix, residual, frame, modes = work.matrix, work.residual, work.frame, ski.omega.shape[0]
+    felt = plus(into(frame, three(trial, 0)), three(motion.ski_acceleration[n, side], 0))
+    turning = three(motion.ski_turning[n, side], 0)
+    for k in range(modes):
+        i = base + 2 + k
+        p, w, ratio = three(coupling.translation[k], 0), ski.omega[k], ski.ratio[k]
+        residual[i] += (
+            trial[i] + 2.0 * ratio * w * bending[2 + k] + w * w * bent[2 + k]
+            + dot(p, felt) + dot(three(coupling.rotation[k], 0), turning)
+        )  # fmt: skip
+        matrix[i, i] += 1.0 + 2.0 * ratio * w * share + w * w * share * share
+        outwards = out_of(frame, p)
+        for c in range(3):
+            residual[c] += outwards[c] * trial[i]
+            matrix[c, i] += outwards[c]
+            matrix[i, c] += outwards[c]
+    for i in range(2):
+        for k in range(modes):
+            slowed = joint.slowing[i] * ski.give[i, k]
+            residual[base + 2 + k] += slowed * given[1 + i]
+            for j in range(modes):
+                matrix[base + 2 + k, base + 2 + j] += slowed * ski.give[i, j] * share
+
+
+@inlined
+def record_ski(system, n, side, force, upright, heave, work, series):
+    """Fill a ski's places in the series at the instant n.
+
+    force : N of the snow, in the slope's frame;  upright, heave : along which axis its boot centre heaves, and how far
+    """
+    snow, frame, pressed, seen = work.snow, work.frame, work.edges.force, work.edges.seen
+    normal, load = (snow[2, 0], snow[2, 1], snow[2, 2]), pressed[2]
+    left, up = (frame[0, 1], frame[1, 1], frame[2, 1]), (frame[0, 2], frame[1, 2], frame[2, 2])
+    moment = plus(into(snow, three(pressed, 3)), times(heave, cross(upright, force)))
+    sole = system.motion.foot_rotation[n, side]
+    series.loads[n, side] = load
+    series.edges[n, side] = math.atan2(dot(left, normal), dot(up, normal))
+    series.sole[n, side] = sole[0, 2] * force[0] + sole[1, 2] * force[1] + sole[2, 2] * force[2]
+    for c in range(3):
+        series.force[n, side, c] = force[c]
+        series.friction[n, side, c] = force[c] - load * normal[c]
+        series.moment[n, side, c] = moment[c]
+    if side == 0:
+        series.power[n, :] = 0.0
+    series.reserve[n, side, :] = 0.0
+    for i in range(seen.shape[0]):
+        series.power[n, 0] -= seen[i, 1] * seen[i, 7]
+        series.power[n, 1] -= seen[i, 2] * seen[i, 8]
+        series.power[n, 2] += seen[i, 0] * seen[i, 11]
+        series.reserve[n, side, 0] += seen[i, 3]
+        series.reserve[n, side, 1] += seen[i, 12]
+
+
+@inlined
+def add_surroundings(system, heading, n, x, v, by_rate, work):
+    """Add the air's force on every segment, which fills ``work.drag``, and what acts on the centre of mass; this force
+    (N).
+    """
+    parameters, motion, matrix, residual, drag = system.parameters, system.motion, work.matrix, work.residual, work.drag
+    drag[:] = 0.0
+    for k in range(motion.area.shape[0]):
+        moving = plus(v, three(motion.exposed_velocity[n, k], 0))
+        facing = motion.exposed_facing[n, k]
+        pushed = segment_derivatives(
+            parameters, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], motion.area[k],
+            facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
+        )  # fmt: skip
+        for c in range(3):
+            residual[c] -= pushed[c]
+            drag[c] += pushed[c]
+            drag[3] += pushed[c] * heading.exposed_swing[n, k, c]
+            for d in range(3):
+                matrix[c, d] -= by_rate * pushed[3 + 3 * c + d]
+    at, moving = plus(x, three(motion.com_place[n], 0)), plus(v, three(motion.com_velocity[n], 0))
+    body = body_force(parameters, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2])
+    for c in range(3):
+        residual[c] -= body[c]
+    return body

@@ -1,8 +1,8 @@
-"""Tangents of a run on snow that edges cut: a template that ``compiled`` joins with ``carved_run_kernel``,
-``edge_tangents``, ``air_tangents``, ``heading_tangents``, their own templates and the laws.
+"""Tangents of a run on snow that edges cut: a template that ``compiled`` joins with ``carved_steps_kernel``,
+``air_tangents``, ``heading_tangents``, their own templates and the laws.
 
 The run is known.  Its instants are gone through again, as what the snow remembers is not kept of it, and each instant's
-equations are linearised where the run met them (``reduced_tangents`` has the equations).  The tangents of groove and
+equations are linearised where the run met them (``tangents_kernel`` has the equations).  The tangents of groove and
 offset go along with the snow, towards the tail, as groove and offset do.
 
 Each ski's forces are differentiated by the accelerations that are sought, the first 5 + k columns of its tables, and by
@@ -18,12 +18,16 @@ import numpy as np
 
 from sssi_exudyn.contact.codegen.vectors import cross, dot, into, out_of, plus, three, times
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.runtime.jit import inlined, njit
 from sssi_exudyn.terrain.surface import patch_under
 
 press_edges: Callable[..., None]
 pose_ski: Callable[..., Any]
-backward: Callable[..., tuple[float, float, float]]
+time_step: Callable[..., Any]
+next_place: Callable[..., float]
+next_rate: Callable[..., float]
+backward: Callable[..., Any]
+next_value: Callable[..., float]
 given_by: Callable[..., tuple[float, float]]
 advect: Callable[..., None]
 accept: Callable[..., None]
@@ -72,6 +76,35 @@ class CarvedTangents(NamedTuple):
     angle: Array
 
 
+class SoughtTangents(NamedTuple):
+    """Tangents of what is sought by d numbers, and the linear system that an instant's follow from.
+
+    z, zv : (7 + 2k, d) of pelvis, yaw, roll and bend of the skis, and of their rates;  old_z, old_zv : a step before
+    acceleration : (3, d) of the pelvis;  turned : (3, d) of the heading, its rate and acceleration
+    moment : (d,) of the moment on the heading
+    matrix, right : (7 + 2k, 7 + 2k), (7 + 2k, d)
+    """
+
+    z: Array
+    zv: Array
+    old_z: Array
+    old_zv: Array
+    acceleration: Array
+    turned: Array
+    moment: Array
+    matrix: Array
+    right: Array
+
+    @classmethod
+    def begin(cls, z: Array, zv: Array) -> SoughtTangents:
+        """Those at the start."""
+        size, many = z.shape
+        return cls(
+            z, zv, z.copy(), zv.copy(), np.zeros((3, many)), np.zeros((3, many)), np.zeros(many),
+            np.zeros((size, size)), np.zeros((size, many)),
+        )  # fmt: skip
+
+
 class CarvedRoom(NamedTuple):
     """Arrays in which both skis' tangents are found, w = 5 + k + d columns.
 
@@ -99,18 +132,17 @@ class CarvedRoom(NamedTuple):
     by_air: Array
     by_body: Array
 
-
-@njit(cache=True, error_model="numpy")
-def carved_room(points, modes, columns, parameters, many):
-    """Room for the tangents by so many numbers."""
-    width, own = 5 + modes + many, 2 + modes
-    return CarvedRoom(
-        np.zeros((2, BENT + 2 * own, width)), np.zeros((2, ON_MODES + 2 * modes + columns, width)),
-        np.zeros((2, 6, width)), np.zeros((2, 6 + modes, width)), np.zeros((2, 3, width)),
-        np.zeros((2, 3 + own, width)), np.zeros((2, SEEN, width)), np.zeros((2, 4 * points, many)),
-        np.zeros((2, 6 * points, many)), np.zeros((6, many)), np.zeros((3, 2)), np.zeros((3, parameters)),
-        np.zeros((3, 5)), np.zeros((3, parameters)), np.zeros((3, parameters)),
-    )  # fmt: skip
+    @classmethod
+    def room(cls, points: int, modes: int, columns: int, parameters: int, many: int) -> CarvedRoom:
+        """Room for the tangents by so many numbers."""
+        width, own = 5 + modes + many, 2 + modes
+        return cls(
+            np.zeros((2, BENT + 2 * own, width)), np.zeros((2, ON_MODES + 2 * modes + columns, width)),
+            np.zeros((2, 6, width)), np.zeros((2, 6 + modes, width)), np.zeros((2, 3, width)),
+            np.zeros((2, 3 + own, width)), np.zeros((2, SEEN, width)), np.zeros((2, 4 * points, many)),
+            np.zeros((2, 6 * points, many)), np.zeros((6, many)), np.zeros((3, 2)), np.zeros((3, parameters)),
+            np.zeros((3, 5)), np.zeros((3, parameters)), np.zeros((3, parameters)),
+        )  # fmt: skip
 
 
 @njit(cache=True, error_model="numpy")
@@ -142,7 +174,7 @@ def collect_moved(moved, z, zv, feet, side, own):
             moved[c, first + k] += feet[c, k]
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def collect_under(parameters, surface, inputs, at, room, side):
     """Fill what the snow's height and slopes under a foot change by its place, and by numbers where it stays."""
     linearise_ground(parameters, patch_under(surface, at[0], at[1]), at[0], at[1], room.ground, room.by_ground)
@@ -158,13 +190,14 @@ def collect_under(parameters, surface, inputs, at, room, side):
                 under[row, first + k] += factor * inputs.parameters[column, k]
 
 
-@njit(cache=True, error_model="numpy")
-def turn_onto_snow(parameters, ski, surface, pose, foot_spin, snow, room, side, rates, inputs):
+@inlined
+def turn_onto_snow(system, pose, foot_spin, snow, room, side, rates, inputs):
     """Fill ``room.on_snow`` and ``room.turns`` of a ski from ``room.moved``.
 
     pose : as ``pose_ski`` gives it;  foot_spin : (3,) rad/s of the captured foot
     """
     foot, (at, moving, spin), (axis, long, left), (heave, heaving, pitching) = pose
+    parameters, ski, surface = system.parameters, system.ski, system.surface
     own = 2 + ski.omega.shape[0]
     moved, on_snow, turns, under, ground = (
         room.moved[side], room.on_snow[side], room.turns[side], room.under[side], room.ground
@@ -173,7 +206,7 @@ def turn_onto_snow(parameters, ski, surface, pose, foot_spin, snow, room, side, 
     _, h_f, h_l = heights(parameters, patch_under(surface, at[0], at[1]), at[0], at[1])
     normal, (by_f, by_l) = snow_normal_derivatives(h_f, h_l)
     by_f, by_l = axes_turn(normal, snow, by_f), axes_turn(normal, snow, by_l)
-    over, modes = foot[0] / normal[2], own - 2
+    over, modes = foot.height / normal[2], own - 2
     width, many = moved.shape[1], room.patch.shape[1]
     swept = cross(foot_spin, axis)
     for k in range(width):
@@ -212,12 +245,14 @@ def turn_onto_snow(parameters, ski, surface, pose, foot_spin, snow, room, side, 
             on_snow[ON_MODES + 2 * modes + column, width - many + k] = inputs.parameters[column, k]
 
 
-@njit(cache=True, error_model="numpy")
-def fill_equations(ski, coupling, joint, pressed, pose, snow, frame, foot_frame, trial, base, room, side):
+@inlined
+def fill_equations(system, pose, work, foot_frame, trial, base, room, side):
     """Fill ``room.equations`` and ``room.seen`` of a ski from the tangents of what presses it, its accelerations apart.
 
-    pressed : (6 + k,) as ``press_edges`` fills it;  trial : (7 + 2k,) accelerations, those of the ski from ``base`` on
+    trial : (7 + 2k,) accelerations, those of the ski from ``base`` on
     """
+    ski, coupling, joint = system.ski, system.coupling, system.joint
+    pressed, snow, frame = work.edges.force, work.snow, work.frame
     (axis, long, _), heave = pose[2], pose[3][0]
     modes = ski.omega.shape[0]
     own = 2 + modes
@@ -280,29 +315,22 @@ def fill_equations(ski, coupling, joint, pressed, pose, snow, frame, foot_frame,
 
 
 @njit(cache=True, error_model="numpy")
-def linearise_carved(
-    parameters, ski, coupling, joint, motion, surface, inputs, n, side, h, x, v, trial, q, rate, memory, work, pressed,
-    stiff, snow, frame, local, lines, room,
-):  # fmt: skip
+def linearise_ski(system, inputs, n, side, h, known, memory, work, lines, room):
     """Fill ``room`` with the equations of one ski at an instant, from its tangents ``room.moved``; the memory advected,
     what it becomes is found.
+
+    known : place and velocity of the pelvis (tuples), accelerations, and what turns and bends both skis with its rates
     """
-    own = 2 + ski.omega.shape[0]
-    pose = pose_ski(parameters, ski, motion, surface, n, side, x, v, q[side], rate[side], snow, frame, local)
-    pressed[:] = 0.0
-    ones = np.ones(pressed.shape[0])
-    of_side = of_ski(memory, side)
-    press_edges(parameters, ski, of_side, pose[0], q[side, 2:], rate[side, 2:], h, ones, ones, pressed, stiff, work)
-    linearise_edges(parameters, ski, of_side, pose[0], q[side, 2:], rate[side, 2:], h, inputs.columns, lines, side)
-    foot_spin = three(motion.foot_spin[n, side], 0)
-    turn_onto_snow(parameters, ski, surface, pose, foot_spin, snow, room, side, rate[side], inputs)
+    x, v, trial, bent, bending = known
+    own, of_side = bent.shape[1], of_ski(memory, side)
+    pose = pose_ski(system, n, side, x, v, bent[side], bending[side], work)
+    press_edges(system.parameters, system.ski, of_side, pose[0], h, work.edges)
+    linearise_edges(system.parameters, system.ski, of_side, pose[0], h, inputs.columns, lines, side)
+    foot_spin = three(system.motion.foot_spin[n, side], 0)
+    turn_onto_snow(system, pose, foot_spin, work.snow, room, side, bending[side], inputs)
     np.dot(lines.force[side], room.on_snow[side], room.pressed[side])
     room.pressed[side, :, 3 + own :] += np.dot(lines.by_memory[side], room.arrived[side])
-    fill_equations(
-        ski, coupling, joint, pressed, pose, snow, frame, motion.foot_rotation[n, side], trial, 3 + side * own, room,
-        side,
-    )  # fmt: skip
-    return pose
+    fill_equations(system, pose, work, system.motion.foot_rotation[n, side], trial, 3 + side * own, room, side)
 
 
 @njit(cache=True, error_model="numpy")
@@ -317,21 +345,16 @@ def feel_tables(coupling, feet, base, right):
 
 
 @njit(cache=True, error_model="numpy")
-def rest_tangents(
-    parameters, ski, coupling, joint, motion, surface, inputs, place, bent, load, memory, work, lines, room, start
-):
+def rest_tangents(system, inputs, place, bent, load, memory, work, lines, room, start):
     """Fill ``start`` (7 + 2k, d), whose first two rows are given, with the tangents of the pelvis' place and of both
     skis at rest in fresh snow, as ``bend_at_rest`` finds them.
 
-    motion : without speeds;  inputs : ``TangentInputs`` alike;  load : (d,) N
+    system : with a motion without speeds;  inputs : ``TangentInputs`` alike;  load : (d,) N
     """
-    own, many = 2 + ski.omega.shape[0], load.shape[0]
+    own, many = bent.shape[1], load.shape[0]
     size, first = 3 + 2 * own, 3 + own
-    pressed, stiff = np.zeros(6 + own - 2), np.zeros((6 + own - 2, 6 + own - 2))
-    snow, frame, local = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
-    matrix, right = np.zeros((size - 2, size - 2)), np.zeros((size, many))
-    still, x = np.zeros((size, many)), (place[0], place[1], place[2])
-    trial, rate = np.zeros(size), np.zeros((2, own))
+    matrix, right, still = np.zeros((size - 2, size - 2)), np.zeros((size, many)), np.zeros((size, many))
+    known = three(place, 0), (0.0, 0.0, 0.0), np.zeros(size), bent, np.zeros((2, own))
     right[2] = load
     for side in range(2):
         base = 3 + side * own
@@ -341,10 +364,7 @@ def rest_tangents(
         for j in range(own):
             room.moved[side, BENT + j, 3 + j] = 1.0
         room.arrived[side] = 0.0
-        linearise_carved(
-            parameters, ski, coupling, joint, motion, surface, inputs, 0, side, 0.0, x, (0.0, 0.0, 0.0), trial, bent,
-            rate, memory, work, pressed, stiff, snow, frame, local, lines, room,
-        )  # fmt: skip
+        linearise_ski(system, inputs, 0, side, 0.0, known, memory, work, lines, room)
         equations, carried = room.equations[side], room.seen[side, FORCE + 2]
         matrix[0, 0] += carried[2]
         matrix[0, base - 2 : base - 2 + own] = carried[3:first]
@@ -352,128 +372,162 @@ def rest_tangents(
         matrix[base - 2 : base - 2 + own, base - 2 : base - 2 + own] = equations[3:, 3:first]
         right[2] -= carried[first:]
         right[base : base + own] -= equations[3:, first:]
-        feel_tables(coupling, inputs.feet[0, side], base, right)
+        feel_tables(system.coupling, inputs.feet[0, side], base, right)
     start[2:] = np.linalg.solve(matrix, right[2:])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def carved_tangents(
-    parameters, ski, coupling, joint, heading, motion, surface, inputs, slopes, z, zv, memory, work, lines, room, order,
-    run, series,
-):  # fmt: skip
-    """Fill ``series`` with the tangents of a run.
+def carved_tangents(system, heading, inputs, slopes, state, memory, work, lines, room, series):
+    """Fill the tangents of a run.
 
     inputs : ``TangentInputs``;  slopes : ``HeadingSlopes``; where a heading was found the first three numbers are its
-    z, zv : (7 + 2k, d) of what is sought at the start and of its rates, which are changed
-    memory, order : as at the start of the run;  run : ``CarvedSeries``, filled;  series : ``CarvedTangents``
+    state : ``SoughtTangents`` at the start, which is changed;  memory : as at the start of the run
+    series : the run's ``CarvedSeries``, and ``CarvedTangents``, which are filled
     """
-    modes = ski.omega.shape[0]
-    own, many = 2 + modes, z.shape[1]
-    size, first, with_tables = 3 + 2 * own, 3 + own, inputs.feet.shape[3]
-    step, mass = motion.step, motion.mass
-    acceleration, old_z, old_zv = np.zeros((3, many)), z.copy(), zv.copy()
-    pressed, stiff = np.zeros(6 + modes), np.zeros((6 + modes, 6 + modes))
-    snow, frame, local = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
-    matrix, right, of_side = np.zeros((size, size)), np.zeros((size, many)), np.zeros((first, many))
-    turned, moment = np.zeros((3, many)), np.zeros(many)
-    beginning = OF_HEADING if heading.found else 0
-    room.held[:] = 0.0
-    for n in range(motion.time.shape[0]):
-        h = step if n > 0 else 0.0
-        last, before, own_rate = backward(n, step, order)
-        pelvis_place, pelvis_rate, own_place = 0.25 * h * h, 0.5 * h, own_rate * own_rate
-        for k in range(many):
-            for c in range(3):
-                z[c, k] += h * zv[c, k] + pelvis_place * acceleration[c, k]
-                zv[c, k] += pelvis_rate * acceleration[c, k]
-            for i in range(3, size):
-                place, rate = z[i, k], zv[i, k]
-                zv[i, k] = last * rate + before * old_zv[i, k]
-                z[i, k] = last * place + before * old_z[i, k] + own_rate * zv[i, k]
-                old_z[i, k], old_zv[i, k] = place, rate
-        z[:, :beginning] = 0.0
-        zv[:, :beginning] = 0.0
-        if heading.found and n > 0:
-            next_heading_tangents(heading, slopes, n, h, moment, turned)
-        x, v, trial = three(run.place[n], 0), three(run.velocity[n], 0), run.acceleration[n]
-        matrix[:] = 0.0
-        right[:] = 0.0
-        for c in range(3):
-            matrix[c, c] = mass
-            for k in range(many):
-                right[c, k] = mass * inputs.gravity[c, k] - inputs.mass[k] * (trial[c] - motion.gravity[c])
-            for k in range(with_tables):
-                right[c, k] -= inputs.inertia[n, c, k]
-        for side in range(2):
-            base = 3 + side * own
-            moved = room.moved[side]
-            moved[:, :first] = 0.0
-            for c in range(3):
-                moved[AT + c, c], moved[MOVING + c, c] = pelvis_place, pelvis_rate
-            for j in range(own):
-                moved[BENT + j, 3 + j], moved[BENT + own + j, 3 + j] = own_place, own_rate
-            collect_moved(moved, z, zv, inputs.feet[n, side], side, own)
-            of_memory = of_ski(memory, side)
-            advect_tangents(ski, of_memory, h, room.held[side], room.arrived[side])
-            advect(ski, of_memory, h)
-            linearise_carved(
-                parameters, ski, coupling, joint, motion, surface, inputs, n, side, h, x, v, trial, run.bent[n],
-                run.bending[n], memory, work, pressed, stiff, snow, frame, local, lines, room,
-            )  # fmt: skip
-            accept(of_memory)
-            equations = room.equations[side]
-            for i in range(first):
-                row = i if i < 3 else base + i - 3
-                for j in range(first):
-                    matrix[row, j if j < 3 else base + j - 3] += equations[i, j]
-                for k in range(many):
-                    right[row, k] -= equations[i, first + k]
-            for i in range(2):
-                matrix[base + i, base + i] += joint.inertia[i]
-            for j in range(modes):
-                i = base + 2 + j
-                matrix[i, i] += 1.0
-                outwards = out_of(frame, three(coupling.translation[j], 0))
-                for c in range(3):
-                    matrix[c, i] += outwards[c]
-                    matrix[i, c] += outwards[c]
-            feel_tables(coupling, inputs.feet[n, side], base, right)
-        linearise_air(
-            parameters, motion, inputs, n, x, v, pelvis_place, pelvis_rate, z, zv, 0, room.air, room.by_air,
-            room.by_body, matrix, right,
+    for n in range(system.motion.time.shape[0]):
+        advance_tangents(system, heading, inputs, slopes, n, state, memory, (work, lines, room), series)
+
+
+@inlined
+def advance_tangents(system, heading, inputs, slopes, n, state, memory, rooms, series):
+    """Bring the tangents from the instant before to the n-th; the others as in ``carved_tangents``.
+
+    rooms : ``CarvedWork``, ``EdgeLines``, ``CarvedRoom``
+    """
+    (run, tangents), (work, lines, room) = series, rooms
+    step, rule = time_step(n, system.motion.step), backward(n, system.motion.step, system.order)
+    predict_tangents(state, step, rule, OF_HEADING if heading.found else 0)
+    if heading.found and n > 0:
+        next_heading_tangents(heading, slopes, n, step.length, state.moment, state.turned)
+    x, v, trial = three(run.place[n], 0), three(run.velocity[n], 0), run.acceleration[n]
+    begin_tangents(system, inputs, n, trial, state)
+    for side in range(2):
+        of_memory = of_ski(memory, side)
+        collect_sought(room.moved[side], step, rule)
+        collect_moved(room.moved[side], state.z, state.zv, inputs.feet[n, side], side, run.bent.shape[2])
+        advect_tangents(system.ski, of_memory, step.length, room.held[side], room.arrived[side])
+        advect(system.ski, of_memory, step.length)
+        linearise_ski(
+            system, inputs, n, side, step.length, (x, v, trial, run.bent[n], run.bending[n]), memory, work, lines, room
         )  # fmt: skip
-        if heading.found:
-            through_heading(right, turned)
-            for side in range(2):
-                through_heading(room.seen[side, :, first:], turned)
-                through_heading(room.on_snow[side, :, first:], turned)
-        found = np.linalg.solve(matrix, right)
-        for k in range(many):
-            for c in range(3):
-                acceleration[c, k] = found[c, k]
-                z[c, k] += pelvis_place * found[c, k]
-                zv[c, k] += pelvis_rate * found[c, k]
-                series.place[n, c, k], series.velocity[n, c, k] = z[c, k], zv[c, k]
-            for i in range(3, size):
-                z[i, k] += own_place * found[i, k]
-                zv[i, k] += own_rate * found[i, k]
+        accept(of_memory)
+        add_ski_tangents(system, inputs, n, side, work.frame, room.equations[side], state)
+    linearise_air(
+        system.parameters, system.motion, inputs, n, x, v, step.by_place, step.by_rate, state.z, state.zv, 0,
+        room.air, room.by_air, room.by_body, state.matrix, state.right,
+    )  # fmt: skip
+    if heading.found:
+        through_heading(state.right, state.turned)
         for side in range(2):
-            base = 3 + side * own
-            of_side[:3] = found[:3]
-            of_side[3:] = found[base : base + own]
-            seen = room.seen[side, :, first:] + np.dot(np.ascontiguousarray(room.seen[side, :, :first]), of_side)
-            on_snow = room.on_snow[side]
-            moved_on = on_snow[:, first:] + np.dot(np.ascontiguousarray(on_snow[:, :first]), of_side)
-            leave_tangents(lines, side, moved_on, room.arrived[side], room.held[side])
-            series.loads[n, side], series.edges[n, side] = seen[LOAD], seen[EDGE]
-            series.sole[n, side] = seen[SOLE]
-            series.force[n, side] = seen[FORCE : FORCE + 3]
-            series.friction[n, side] = seen[FRICTION : FRICTION + 3]
-            series.moment[n, side] = seen[MOMENT : MOMENT + 3]
-            series.forward[n, side] = seen[FORWARD : FORWARD + 3]
-        if heading.found:
-            series.angle[n] = turned
-            room.held[:, :, :OF_HEADING] = 0.0
-            moment_tangents(
-                parameters, heading, slopes, motion, inputs, n, x, v, z, zv, run, series, turned, room, moment
-            )  # fmt: skip
+            through_heading(room.seen[side, :, 3 + run.bent.shape[2] :], state.turned)
+            through_heading(room.on_snow[side, :, 3 + run.bent.shape[2] :], state.turned)
+    solved = np.linalg.solve(state.matrix, state.right)
+    take_tangents(state, solved, (step, rule), n, tangents)
+    for side in range(2):
+        take_ski_tangents(solved, n, side, lines, room, tangents)
+    if heading.found:
+        tangents.angle[n] = state.turned
+        room.held[:, :, :OF_HEADING] = 0.0
+        moment_tangents(system, heading, slopes, inputs, n, (x, v), state, series, room)
+
+
+@inlined
+def predict_tangents(state, step, rule, beginning):
+    """Bring the tangents to the end of a step, its accelerations apart; those of the first ``beginning`` numbers, the
+    heading's, begin again at every instant.
+    """
+    z, zv, old_z, old_zv = state.z, state.zv, state.old_z, state.old_zv
+    for k in range(z.shape[1]):
+        for c in range(3):
+            z[c, k] = next_place(step, z[c, k], zv[c, k], state.acceleration[c, k])
+            zv[c, k] = next_rate(step, zv[c, k], state.acceleration[c, k])
+        for i in range(3, z.shape[0]):
+            place, rate = z[i, k], zv[i, k]
+            zv[i, k] = next_value(rule, rate, old_zv[i, k], 0.0)
+            z[i, k] = next_value(rule, place, old_z[i, k], zv[i, k])
+            old_z[i, k], old_zv[i, k] = place, rate
+    z[:, :beginning] = 0.0
+    zv[:, :beginning] = 0.0
+
+
+@inlined
+def begin_tangents(system, inputs, n, trial, state):
+    """Begin the linear system of an instant with the pelvis' own equations.
+
+    trial : (7 + 2k,) m/s² and so on, the accelerations of the run
+    """
+    mass, gravity = system.motion.mass, system.motion.gravity
+    state.matrix[:] = 0.0
+    state.right[:] = 0.0
+    for c in range(3):
+        state.matrix[c, c] = mass
+        for k in range(state.z.shape[1]):
+            state.right[c, k] = mass * inputs.gravity[c, k] - inputs.mass[k] * (trial[c] - gravity[c])
+        for k in range(inputs.feet.shape[3]):
+            state.right[c, k] -= inputs.inertia[n, c, k]
+
+
+@inlined
+def collect_sought(moved, step, rule):
+    """Fill the columns of a ski's tangents by the accelerations that are sought."""
+    own = (moved.shape[0] - BENT) // 2
+    moved[:, : 3 + own] = 0.0
+    for c in range(3):
+        moved[AT + c, c], moved[MOVING + c, c] = step.by_place, step.by_rate
+    for j in range(own):
+        moved[BENT + j, 3 + j], moved[BENT + own + j, 3 + j] = rule.share * rule.share, rule.share
+
+
+@inlined
+def add_ski_tangents(system, inputs, n, side, frame, equations, state):
+    """Add a ski's equations (5 + k, w), its accelerations apart, and then these to the linear system."""
+    coupling, modes = system.coupling, system.ski.omega.shape[0]
+    first, base, matrix, right = 5 + modes, 3 + side * (2 + modes), state.matrix, state.right
+    for i in range(first):
+        row = i if i < 3 else base + i - 3
+        for j in range(first):
+            matrix[row, j if j < 3 else base + j - 3] += equations[i, j]
+        for k in range(right.shape[1]):
+            right[row, k] -= equations[i, first + k]
+    for i in range(2):
+        matrix[base + i, base + i] += system.joint.inertia[i]
+    for j in range(modes):
+        i = base + 2 + j
+        matrix[i, i] += 1.0
+        outwards = out_of(frame, three(coupling.translation[j], 0))
+        for c in range(3):
+            matrix[c, i] += outwards[c]
+            matrix[i, c] += outwards[c]
+    feel_tables(coupling, inputs.feet[n, side], base, right)
+
+
+@inlined
+def take_tangents(state, solved, steps, n, tangents):
+    """Take the accelerations' tangents ``solved`` (7 + 2k, d) into those of pelvis and skis."""
+    z, zv, (step, rule) = state.z, state.zv, steps
+    for k in range(z.shape[1]):
+        for c in range(3):
+            state.acceleration[c, k] = solved[c, k]
+            z[c, k] += step.by_place * solved[c, k]
+            zv[c, k] += step.by_rate * solved[c, k]
+            tangents.place[n, c, k], tangents.velocity[n, c, k] = z[c, k], zv[c, k]
+        for i in range(3, z.shape[0]):
+            z[i, k] += rule.share * rule.share * solved[i, k]
+            zv[i, k] += rule.share * solved[i, k]
+
+
+@inlined
+def take_ski_tangents(solved, n, side, lines, room, tangents):
+    """Fill the series of a ski and what the snow remembers of it from the accelerations' tangents."""
+    own = room.equations.shape[1] - 3
+    first, base = 3 + own, 3 + side * own
+    of_side = np.concatenate((solved[:3], solved[base : base + own]))
+    seen = room.seen[side, :, first:] + np.dot(np.ascontiguousarray(room.seen[side, :, :first]), of_side)
+    on_snow = room.on_snow[side]
+    moved = on_snow[:, first:] + np.dot(np.ascontiguousarray(on_snow[:, :first]), of_side)
+    leave_tangents(lines.left[side], lines.kept[side], moved, room.arrived[side], room.held[side])
+    tangents.loads[n, side], tangents.edges[n, side], tangents.sole[n, side] = seen[LOAD], seen[EDGE], seen[SOLE]
+    tangents.force[n, side] = seen[FORCE : FORCE + 3]
+    tangents.friction[n, side] = seen[FRICTION : FRICTION + 3]
+    tangents.moment[n, side] = seen[MOMENT : MOMENT + 3]
+    tangents.forward[n, side] = seen[FORWARD : FORWARD + 3]

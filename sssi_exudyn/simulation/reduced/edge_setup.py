@@ -12,15 +12,17 @@ from sssi_exudyn.contact.codegen.compiled import compile_kernel
 from sssi_exudyn.simulation.assembly import CUTTING_POINTS
 from sssi_exudyn.simulation.reduced import (
     air_tangents,
+    carved_rest_kernel,
     carved_steps_kernel,
     carved_tangents_kernel,
     heading_tangents,
+    newmark,
 )
+from sssi_exudyn.simulation.ski_on_snow import backward_differences, edge_point, heading_kernel, point
 from sssi_exudyn.simulation.ski_on_snow import edge as edge_kernel
-from sssi_exudyn.simulation.ski_on_snow import edge_tangents, heading_kernel, point
 from sssi_exudyn.simulation.ski_on_snow import groove as groove_kernel
 from sssi_exudyn.simulation.ski_on_snow import ground as ground_kernel
-from sssi_exudyn.simulation.ski_on_snow.edge import EdgeSki, EdgeWork
+from sssi_exudyn.simulation.ski_on_snow.edge import EdgeSki
 from sssi_exudyn.simulation.turns import turn_kernel
 
 MODES: Final = 20
@@ -54,26 +56,17 @@ def carving_module() -> Any:
     """The compiled functions of skis on snow that edges cut, alone and under a skier: those that are called."""
     return compile_kernel(
         point,
+        edge_point,
+        newmark,
+        backward_differences,
         ground_kernel,
         groove_kernel,
         heading_kernel,
         edge_kernel,
         turn_kernel,
         carved_steps_kernel,
+        carved_rest_kernel,
         air_tangents,
-        edge_tangents,
         heading_tangents,
         carved_tangents_kernel,
-    )
-
-
-def edge_work(points: int, modes: int) -> EdgeWork:
-    """Room for the forces on a ski of so many points an edge and vibrations."""
-    size = 6 + modes
-    return EdgeWork(
-        by=np.zeros((6, size)),
-        lines=np.zeros((4, size)),
-        towards=np.zeros((4 * points, size)),
-        slopes=np.zeros((4 * points, size)),
-        seen=np.zeros((points, 13)),
     )

@@ -15,7 +15,7 @@ import numpy as np
 
 from sssi_exudyn.contact.codegen.vectors import cross, plus, three, times
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.runtime.jit import inlined, njit
 
 segment_derivatives: Callable[..., tuple[float, ...]]
 body_force: Callable[..., tuple[float, float, float]]
@@ -56,10 +56,10 @@ def next_heading_tangents(heading, slopes, n, h, moment, turned):
         if i < slopes.inertia.shape[1]:
             given += slopes.inertia[n - 1, i] * last + slopes.momentum[n - 1, i] - slopes.momentum[n, i]
             given -= slopes.inertia[n, i] * more * rate
-        found = given / resisting
-        turned[2, i] = (found - turned[1, i]) / h
-        turned[1, i] = found
-        turned[0, i] += h * found
+        new_rate = given / resisting
+        turned[2, i] = (new_rate - turned[1, i]) / h
+        turned[1, i] = new_rate
+        turned[0, i] += h * new_rate
 
 
 @njit(cache=True, error_model="numpy")
@@ -79,13 +79,15 @@ def whole_change(table, turned):
     return whole
 
 
-@njit(cache=True, error_model="numpy")
-def moment_tangents(parameters, heading, slopes, motion, inputs, n, x, v, z, zv, run, series, turned, room, moment):
-    """Fill ``moment`` (d,) with the tangents of the moment on the heading at an instant.
+@inlined
+def moment_tangents(system, heading, slopes, inputs, n, pelvis, state, series, room):
+    """Fill ``state.moment`` (d,) with the tangents of the moment on the heading at an instant.
 
-    x, v : of the pelvis;  z, zv : (≥ 3, d) their tangents;  run, series : ``CarvedSeries``, ``CarvedTangents``
-    room : ``CarvedRoom``
+    pelvis : its place and velocity (tuples);  state : ``SoughtTangents``;  room : ``CarvedRoom``
+    series : ``CarvedSeries``, ``CarvedTangents``
     """
+    parameters, motion, (x, v), (run, tangents) = system.parameters, system.motion, pelvis, series
+    z, zv, turned, moment = state.z, state.zv, state.turned, state.moment
     many = turned.shape[1]
     up, com = three(heading.up, 0), three(heading.com_place[n], 0)
     body, d_com = whole_change(inputs.body[n], turned), whole_change(slopes.com[n], turned)
@@ -99,19 +101,19 @@ def moment_tangents(parameters, heading, slopes, motion, inputs, n, x, v, z, zv,
         place = whole_change(inputs.feet[n, side, :3], turned)
         for k in range(many):
             for c in range(3):
-                moment[k] += lever[c] * series.force[n, side, c, k] + up[c] * series.moment[n, side, c, k]
+                moment[k] += lever[c] * tangents.force[n, side, c, k] + up[c] * tangents.moment[n, side, c, k]
                 moment[k] += aside[c] * (place[c, k] - d_com[c, k])
     for e in range(motion.area.shape[0]):
         moving = plus(v, three(motion.exposed_velocity[n, e], 0))
         facing = motion.exposed_facing[n, e]
-        found = segment_derivatives(
+        pushed = segment_derivatives(
             parameters, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], motion.area[e],
             facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
         )  # fmt: skip
         linearise_segment(parameters, motion, n, e, x, v, room.air, room.by_air)
         collect_force(changed, room.air, z, zv, still, body[6 + 3 * e : 9 + 3 * e])
         add_air_parameters(parameters, motion, inputs, n, e, x, v, 0, room.air, room.by_air, changed)
-        force = (found[0], found[1], found[2])
+        force = (pushed[0], pushed[1], pushed[2])
         lever, aside = plus(three(heading.exposed_swing[n, e], 0), times(-1.0, beside)), cross(force, up)
         for k in range(many):
             for c in range(3):

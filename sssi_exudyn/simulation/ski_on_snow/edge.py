@@ -1,31 +1,51 @@
-"""The snow's forces on the edges of one ski, and the snow's memory: a template that ``compiled`` joins with the laws.
+"""The snow's forces on the edges of one ski, and their linearisation: a template that ``compiled`` joins with the laws,
+``ground``, ``groove`` and the formulas of ``point`` and ``edge_point``.
 
 A ski has the coordinates x, y, z of its foot, small turns of the foot about the snow's axes, and its modes; the snow is
 the plane z = 0, or the plane that the caller has turned the ski into the frame of.
+
+What a station's forces depend on is linearised by the formulas' derivatives, and along the branches that law and memory
+take, kinks included: a wall that yields, an edge that rises from the groove's floor, the edge that is the deeper one.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from sssi_exudyn.contact.codegen.vectors import cross, dot, into, plus, three, times
+from sssi_exudyn.contact.codegen.vectors import cross, dot, out_of, plus, three, times
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.runtime.jit import inlined, njit
 
 bent_vector: Callable[..., tuple[float, float, float]]
-section_angle: Callable[..., float]
-angle_by_depths: Callable[..., float]
+edge_force: Callable[..., tuple[float, float, float, float]]
 edge_derivatives: Callable[..., tuple[float, ...]]
+edge_linearisation: Callable[..., None]
 edge_memory: Callable[..., tuple[float, float]]
 edge_capacity: Callable[..., tuple[float, float]]
+memory_linearisation: Callable[..., None]
+edge_axes: Callable[..., Any]
+flat_edge: Callable[..., tuple[float, ...]]
+flat_edge_linearisation: Callable[..., None]
+turned_edge_linearisation: Callable[..., None]
+force_on_deeper: Callable[..., tuple[float, float, float]]
+point_velocity: Callable[..., tuple[float, float, float]]
+pass_over: Callable[..., None]
 
-LOWER, UPPER, RATE, ALONG, ACROSS, SWING = range(6)
-"""By what the derivatives of an edge's force are taken: both depths, the rate, and the velocity along t and n; and how
-the tangent turns, which changes the last two."""
+AT_LOWER, AT_UPPER, AT_SINKING, AT_V_T, AT_V_N, AT_RISE, AT_ANGLE, AT_DIRECTION = range(8)
+"""Where ``turned_edge`` gives what the law depends on; ``flat_edge`` and ``edge_state`` give the first seven."""
+STEERED = (AT_LOWER, AT_UPPER, AT_SINKING, AT_V_T, AT_V_N, AT_ANGLE)
+"""Those by which ``edge_derivatives`` differentiates the forces."""
+BY_LOW, BY_HIGH, BY_TANGENT, BY_VELOCITY = 0, 1, 2, 5
+"""First columns of ``flat_edge_linearisation``: heights of both edges, tangent, velocity."""
+ON_HEIGHT, ON_VELOCITY, ON_TURN, ON_SPIN, ON_MODES = 0, 1, 4, 7, 10
+"""First columns of a linearisation: the boot centre's height, velocity, turn and spin on the snow, then amplitudes and
+rates of the modes (k each) as far as they bend the ski there, then the laws' parameters (c).  In the place of the
+modes ``turned_edge_linearisation`` has what they change of a station: places of both edges, tangent, velocity."""
+POINT = 22
+"""Columns of ``turned_edge_linearisation``."""
 
 
 class EdgeSki(NamedTuple):
@@ -50,135 +70,433 @@ class EdgeSki(NamedTuple):
     ratio: Array
 
 
-class EdgeWork(NamedTuple):
-    """Arrays in which the forces are found.
+class SkiPose(NamedTuple):
+    """A ski as its edges meet the snow, in the snow's frame: height (m), velocity, rotation (3, 3) and spin of its
+    boot centre, along which axis that heaves and about which it pitches with the modes, and the modes' amplitudes and
+    rates (k,).  Vectors are tuples.
+    """
 
-    by, lines : rows (6, 6 + k) of what a point's force depends on, and (4, 6 + k) of the directions that it acts in
-    towards, slopes : (4m, 6 + k) of all points, the directions, and the derivatives of the forces in them
+    height: float
+    velocity: Any
+    frame: Array
+    spin: Any
+    heave_axis: Any
+    pitch_axis: Any
+    eta: Array
+    rate: Array
+
+
+class EdgeWork(NamedTuple):
+    """What the forces on a ski are, and arrays in which they are found.
+
+    force : (6 + k,) of the snow on the ski's coordinates;  matrix : (6 + k, 6 + k) their derivatives, the sign turned
+    by_place, by_rate : (6 + k,) how the coordinates and their rates follow from what is sought
+    state : (7, 8) derivatives by what ``flat_edge`` takes, pull : (4, 8) of the forces by the same
+    towards, slopes : (4m, 6 + k) of all stations, the forces' directions, and the derivatives of the forces in them
 
     seen : (m, 13) of each station at its deeper edge: normal, along, across (N), the wall's greatest force (N), depth
         of the edge and of the groove left (m), offset (m), v_t, v_n (m/s), edge (rad), rise (1), rate (m/s), and the
         wall's force (N, ≥ 0)
     """
 
-    by: Array
-    lines: Array
+    force: Array
+    matrix: Array
+    by_place: Array
+    by_rate: Array
+    state: Array
+    pull: Array
     towards: Array
     slopes: Array
     seen: Array
 
+    @classmethod
+    def room(cls, points: int, modes: int) -> EdgeWork:
+        """Room for the forces on a ski of so many points an edge and vibrations."""
+        size = 6 + modes
+        return cls(
+            force=np.zeros(size),
+            matrix=np.zeros((size, size)),
+            by_place=np.ones(size),
+            by_rate=np.ones(size),
+            state=np.zeros((7, 8)),
+            pull=np.zeros((4, 8)),
+            towards=np.zeros((4 * points, size)),
+            slopes=np.zeros((4 * points, size)),
+            seen=np.zeros((points, 13)),
+        )
+
+
+class EdgeLines(NamedTuple):
+    """The linearisations of both skis, m stations, k modes, i = 10 + 2k + c columns; and room for one station's.
+
+    force : (2, 6 + k, i) of the force on the boot centre, the moment about it and what bends the ski there
+    by_memory : (2, 6 + k, 4m) of these by the memory that arrives: groove, offset, each the left edge's m points first
+    left : (2, 6m, i) of what the snow remembers after the step: groove, offset, the m stations' speed and drift
+    kept : (2, 2m, 2, 2) of groove and offset after the step by both as they arrive
+    point : (8, 22) of what the law depends on, pull : (4, 22) of the forces, memory : (2, 22) of groove and offset
+    towards, slopes : (4m, 6 + k), (4m, i)
+    reach : (k, 9) the modes' displacements of the deeper and of the other edge, and their turns of the tangent
+    state, parameter, memory_state, memory_parameter : (4, 9), (4, p), (2, 9), (2, p) of the laws
+    """
+
+    force: Array
+    by_memory: Array
+    left: Array
+    kept: Array
+    point: Array
+    pull: Array
+    memory: Array
+    towards: Array
+    slopes: Array
+    reach: Array
+    state: Array
+    parameter: Array
+    memory_state: Array
+    memory_parameter: Array
+
+    @classmethod
+    def room(cls, points: int, modes: int, columns: int, parameters: int) -> EdgeLines:
+        """Room for the linearisation by ``columns`` of the laws' ``parameters``."""
+        size, width = 6 + modes, ON_MODES + 2 * modes + columns
+        return cls(
+            force=np.zeros((2, size, width)),
+            by_memory=np.zeros((2, size, 4 * points)),
+            left=np.zeros((2, 6 * points, width)),
+            kept=np.zeros((2, 2 * points, 2, 2)),
+            point=np.zeros((8, POINT)),
+            pull=np.zeros((4, POINT)),
+            memory=np.zeros((2, POINT)),
+            towards=np.zeros((4 * points, size)),
+            slopes=np.zeros((4 * points, width)),
+            reach=np.zeros((modes, 9)),
+            state=np.zeros((4, 9)),
+            parameter=np.zeros((4, parameters)),
+            memory_state=np.zeros((2, 9)),
+            memory_parameter=np.zeros((2, parameters)),
+        )
+
 
 @njit(cache=True, error_model="numpy")
-def press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rate, force, matrix, work):
-    """Add a ski's snow forces to ``force`` (6 + k,), and to ``matrix`` their derivatives, the sign turned.
+def press_edges(parameters, ski, memory, pose, step, work):
+    """Fill ``work`` with a ski's snow forces and with their derivatives for Newton's method, and ``memory`` with what
+    the snow would remember.
 
-    foot : height of its place over the snow, its velocity (tuple), rotation (3, 3) and spin (tuple), and the axes
-        (tuples) along and about which the modes make it heave and pitch, on the snow
-    eta, rate : (k,) of the modes
-    by_place, by_rate : (6 + k,) how the coordinates and their rates follow from what is sought
-
-    Left out of the derivatives: how the directions of the forces turn, and how the tangent's rise changes.
+    Left out of the derivatives: how the directions of the forces turn, how the tangent's rise changes, and that the
+    points' velocities change with their places.
     """
-    frame, upright, left = foot[2], foot[4], foot[5]
-    modes = ski.omega.shape[0]
-    size = 6 + modes
-    by, lines, towards, slopes, seen = work.by, work.lines, work.towards, work.slopes, work.seen
-    seen[:] = 0.0
+    force, matrix, towards, slopes = work.force, work.matrix, work.towards, work.slopes
+    force[:] = 0.0
     towards[:] = 0.0
+    work.seen[:] = 0.0
     for i in range(ski.width.shape[0]):
-        low, lower, upper, edge, arm, other, tangent, _, moving = deeper_edge(ski, foot, eta, rate, i)
-        memory.next_groove[low, i], memory.next_offset[low, i], memory.next_speed[low, i] = 0.0, 0.0, 0.0
-        # the other edge presses too where the ski is flat, and has no wall
-        memory.next_groove[1 - low, i] = max(upper, memory.arrived_groove[1 - low, i]) if upper > 0.0 else 0.0
-        memory.next_offset[1 - low, i] = 0.0
-        length = math.sqrt(dot(tangent, tangent))
-        flat = math.sqrt(tangent[0] * tangent[0] + tangent[1] * tangent[1])
-        t = (tangent[0] / flat, tangent[1] / flat, 0.0)
-        n = (-t[1], t[0], 0.0)
-        v_t, v_n, sinking = dot(moving, t), dot(moving, n), -moving[2]
-        memory.next_speed[low, i], memory.next_speed[1 - low, i] = v_t, v_t
-        memory.next_drift[low, i], memory.next_drift[1 - low, i] = v_n, v_n
-        if lower <= 0.0:
+        low, arm, other, tangent, bending = bend_station(ski, pose, i)
+        velocity = point_velocity(pose.velocity, pose.spin, arm, bending)
+        side = 2.0 * low - 1.0
+        heights = pose.height + arm[2], pose.height + other[2]
+        state = flat_edge(heights[0], heights[1], tangent, velocity, ski.width[i], side)
+        pass_over(memory, low, i, state[AT_UPPER], state[AT_V_T], state[AT_V_N])
+        if state[AT_LOWER] <= 0.0:
             continue
-        groove, offset = memory.arrived_groove[low, i], memory.arrived_offset[low, i]
-        rise = tangent[2] / length
-        found = edge_derivatives(
-            parameters, lower, upper, sinking, ski.width[i], groove, offset, step, v_t, v_n, rise, edge, ski.length[i]
-        )
-        memory.next_groove[low, i], memory.next_offset[low, i] = edge_memory(
-            parameters, lower, upper, sinking, ski.width[i], groove, offset, step, v_t, v_n, rise, edge, ski.length[i]
-        )
-        seen[i, 0], seen[i, 1], seen[i, 2] = found[0], found[1], found[2]
-        seen[i, 3], seen[i, 12] = edge_capacity(
-            parameters, lower, upper, sinking, ski.width[i], groove, offset, step, v_t, v_n, rise, edge, ski.length[i]
-        )
-        seen[i, 4], seen[i, 5], seen[i, 6] = lower, memory.next_groove[low, i], memory.next_offset[low, i]
-        seen[i, 7], seen[i, 8], seen[i, 9], seen[i, 10], seen[i, 11] = v_t, v_n, edge, rise, sinking
-        by_depths = angle_by_depths(low, edge, ski.width[i])
-        # of each coordinate: the directions, and what it changes of depth, rate and velocity
-        for c in range(6):
-            axis = (1.0 if c % 3 == 0 else 0.0, 1.0 if c % 3 == 1 else 0.0, 1.0 if c % 3 == 2 else 0.0)
-            moved, over, turned = (axis, axis, (0.0, 0.0, 0.0)) if c < 3 else (
-                cross(axis, arm), cross(axis, other), cross(axis, tangent)
-            )  # fmt: skip
-            lines[0, c], lines[1, c], lines[2, c], lines[3, c] = moved[2], dot(moved, t), dot(moved, n), over[2]
-            by[SWING, c] = dot(turned, n)
-        inwards, along, across = into(frame, (0.0, 0.0, 1.0)), into(frame, t), into(frame, n)
-        pitched, over_pitched, tipped = cross(left, arm), cross(left, other), cross(left, tangent)
-        for k in range(modes):
-            a, b, c = ski.shape[i, low, 0, k], ski.shape[i, low, 1, k], ski.shape[i, low, 2, k]
-            rigid = plus(times(ski.give[0, k], upright), times(ski.give[1, k], pitched))
-            lines[0, 6 + k] = inwards[0] * a + inwards[1] * b + inwards[2] * c + rigid[2]
-            lines[1, 6 + k] = along[0] * a + along[1] * b + along[2] * c + dot(rigid, t)
-            lines[2, 6 + k] = across[0] * a + across[1] * b + across[2] * c + dot(rigid, n)
-            a, b, c = ski.shape[i, 1 - low, 0, k], ski.shape[i, 1 - low, 1, k], ski.shape[i, 1 - low, 2, k]
-            rigid = plus(times(ski.give[0, k], upright), times(ski.give[1, k], over_pitched))
-            lines[3, 6 + k] = inwards[0] * a + inwards[1] * b + inwards[2] * c + rigid[2]
-            a, b, c = ski.turning[i, low, 0, k], ski.turning[i, low, 1, k], ski.turning[i, low, 2, k]
-            by[SWING, 6 + k] = across[0] * a + across[1] * b + across[2] * c + ski.give[1, k] * dot(tipped, n)
-        for c in range(size):
-            by[LOWER, c], by[UPPER, c] = -lines[0, c] * by_place[c], -lines[3, c] * by_place[c]
-            by[RATE, c] = -lines[0, c] * by_rate[c]
-            swing = by[SWING, c] * by_place[c] / flat
-            by[ALONG, c] = lines[1, c] * by_rate[c] + v_n * swing
-            by[ACROSS, c] = lines[2, c] * by_rate[c] - v_t * swing
-            lines[3, c] -= lines[0, c]
-        for part in range(4):
-            for c in range(size):
-                force[c] += found[part] * lines[part, c]
-        for part in range(4):
-            at, row = 4 + 6 * part, 4 * i + part
-            tilting = found[at + 5] * by_depths
-            for c in range(size):
-                towards[row, c] = lines[part, c]
-                slopes[row, c] = (
-                    (found[at] + tilting) * by[LOWER, c]
-                    + (found[at + 1] - tilting) * by[UPPER, c]
-                    + found[at + 2] * by[RATE, c]
-                    + found[at + 3] * by[ALONG, c]
-                    + found[at + 4] * by[ACROSS, c]
-                )
+        section = law_section(state, memory, low, i, ski.width[i], ski.length[i], step)
+        pressed = edge_derivatives(parameters, *section)
+        memory.next_groove[low, i], memory.next_offset[low, i] = edge_memory(parameters, *section)
+        see_station(work.seen, i, pressed, section, edge_capacity(parameters, *section), memory, low)
+        axes = axes_on_plane(tangent)
+        flat_edge_linearisation(
+            heights[0], heights[1], tangent, velocity, ski.width[i], side, work.state
+        )  # fmt: skip
+        steer(work.pull, work.state, pressed, axes)
+        pull = pull_of(pressed[0], pressed[1], pressed[2], pressed[3], axes)
+        steer_station(ski, pose, i, low, (arm, other, tangent), pull, work)
+    matrix[:] = 0.0
     matrix -= np.dot(towards.T, slopes)
 
 
 @njit(cache=True, error_model="numpy")
-def deeper_edge(ski, foot, eta, rate, i):
-    """Of one station: which edge is the deeper one, its depth and that of the other (m), the edge angle (rad), the
-    places of both edges about the foot (m), the deeper edge's tangent (not of unit length), and its velocity by the
-    modes alone and in all (m/s), on the snow.
+def axes_on_plane(tangent):
+    """Return t, n and the normal of an edge on the plane z = 0."""
+    up = (0.0, 0.0, 1.0)
+    t, n = edge_axes(tangent, up)
+    return t, n, up
+
+
+@njit(cache=True, error_model="numpy")
+def bend_station(ski, pose, i):
+    """Return which edge of a station is the deeper one (0 left, 1 right), the places of this edge and of the other
+    about the foot (m), the deeper one's tangent (not of unit length), and its velocity by the modes (m/s), on the snow.
     """
-    height, velocity, frame, spin = foot[:4]
+    frame, eta = pose.frame, pose.eta
     left = bent_vector(frame, three(ski.points[i, 0], 0), ski.shape, eta, i, 0)
     right = bent_vector(frame, three(ski.points[i, 1], 0), ski.shape, eta, i, 1)
-    left_depth, right_depth = -height - left[2], -height - right[2]
-    low = 1 if right_depth > left_depth else 0
-    lower, upper = (right_depth, left_depth) if low == 1 else (left_depth, right_depth)
-    edge = section_angle(left_depth, right_depth, ski.width[i])
+    low = 1 if -pose.height - right[2] > -pose.height - left[2] else 0
     arm, other = (right, left) if low == 1 else (left, right)
     tangent = bent_vector(frame, three(ski.tangents[i, low], 0), ski.turning, eta, i, low)
-    bending = bent_vector(frame, (0.0, 0.0, 0.0), ski.shape, rate, i, low)
-    moving = plus(plus(velocity, cross(spin, arm)), bending)
-    return low, lower, upper, edge, arm, other, tangent, bending, moving
+    return low, arm, other, tangent, bent_vector(frame, (0.0, 0.0, 0.0), ski.shape, pose.rate, i, low)
+
+
+@njit(cache=True, error_model="numpy")
+def law_section(state, memory, low, i, width, length, step):
+    """Return a station as the laws of the edges take it."""
+    groove, offset = memory.arrived_groove[low, i], memory.arrived_offset[low, i]
+    return (
+        state[AT_LOWER], state[AT_UPPER], state[AT_SINKING], width, groove, offset, step, state[AT_V_T], state[AT_V_N],
+        state[AT_RISE], state[AT_ANGLE], length,
+    )  # fmt: skip
+
+
+@inlined
+def see_station(seen, i, pressed, section, wall, memory, low):
+    """Fill a station's row of ``EdgeWork.seen``.
+
+    wall : N, the greatest force of the groove's wall, and its force
+    """
+    seen[i, 0], seen[i, 1], seen[i, 2], seen[i, 3], seen[i, 12] = pressed[0], pressed[1], pressed[2], wall[0], wall[1]
+    seen[i, 4], seen[i, 5], seen[i, 6] = section[0], memory.next_groove[low, i], memory.next_offset[low, i]
+    seen[i, 7], seen[i, 8], seen[i, 9], seen[i, 10], seen[i, 11] = (
+        section[7], section[8], section[10], section[9], section[2]
+    )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def pull_of(push, along, across, at_other, axes):
+    """Return the components of the force on the deeper edge, and the force along the normal on the other one; or the
+    changes of these.
+
+    axes : t, n and the normal of the deeper edge
+    """
+    force = force_on_deeper(push, along, across, at_other, axes[0], axes[1], axes[2])
+    return force[0], force[1], force[2], at_other
+
+
+@njit(cache=True, error_model="numpy")
+def steer(pull, state, pressed, axes):
+    """Fill ``pull`` (4, columns) with the derivatives of ``pull_of`` by what ``state`` (≥ 7, columns) is linearised by.
+
+    pressed : as ``edge_derivatives`` gives it
+    """
+    for c in range(pull.shape[1]):
+        push, along, across, at_other = 0.0, 0.0, 0.0, 0.0
+        for j in range(6):
+            slope = state[STEERED[j], c]
+            push += pressed[4 + j] * slope
+            along += pressed[10 + j] * slope
+            across += pressed[16 + j] * slope
+            at_other += pressed[22 + j] * slope
+        pull[0, c], pull[1, c], pull[2, c], pull[3, c] = pull_of(push, along, across, at_other, axes)
+
+
+@inlined
+def steer_station(ski, pose, i, low, point, pull, work):
+    """Add a station's forces ``pull`` to ``work.force``; fill its rows of ``towards`` and ``slopes``.
+
+    point : places of the deeper and of the other edge about the foot, and the deeper one's tangent
+    """
+    (arm, other, tangent), frame, modes = point, pose.frame, ski.omega.shape[0]
+    none = (0.0, 0.0, 0.0)
+    for c in range(6):
+        axis = (1.0 if c % 3 == 0 else 0.0, 1.0 if c % 3 == 1 else 0.0, 1.0 if c % 3 == 2 else 0.0)
+        moved, over, turned = (axis, axis, none) if c < 3 else (
+            cross(axis, arm), cross(axis, other), cross(axis, tangent)
+        )  # fmt: skip
+        steer_coordinate(work, i, c, moved, over[2], turned, pull)
+    pitched, over_pitched = cross(pose.pitch_axis, arm), cross(pose.pitch_axis, other)
+    tipped, up = cross(pose.pitch_axis, tangent), pose.heave_axis
+    for k in range(modes):
+        heave, pitch = ski.give[0, k], ski.give[1, k]
+        moved = plus(mode_vector(frame, ski.shape, i, low, k), plus(times(heave, up), times(pitch, pitched)))
+        over = plus(mode_vector(frame, ski.shape, i, 1 - low, k), plus(times(heave, up), times(pitch, over_pitched)))
+        turned = plus(mode_vector(frame, ski.turning, i, low, k), times(pitch, tipped))
+        steer_coordinate(work, i, 6 + k, moved, over[2], turned, pull)
+
+
+@njit(cache=True, error_model="numpy")
+def mode_vector(frame, shape, i, edge, k):
+    """Return what a unit of a mode changes of a vector of an edge point."""
+    return out_of(frame, (shape[i, edge, 0, k], shape[i, edge, 1, k], shape[i, edge, 2, k]))
+
+
+@njit(cache=True, error_model="numpy")
+def steer_coordinate(work, i, c, moved, over, turned, pull):
+    """Fill a coordinate's column of a station's rows.
+
+    moved, over, turned : by which a unit of it moves the deeper edge, lifts the other and turns the tangent
+    """
+    by_place, by_rate, by = work.by_place[c], work.by_rate[c], work.pull
+    for part in range(4):
+        placed, paced = by[part, BY_LOW] * moved[2] + by[part, BY_HIGH] * over, 0.0
+        for d in range(3):
+            placed += by[part, BY_TANGENT + d] * turned[d]
+            paced += by[part, BY_VELOCITY + d] * moved[d]
+        work.slopes[4 * i + part, c] = by_place * placed + by_rate * paced
+    for part in range(3):
+        work.towards[4 * i + part, c] = moved[part]
+    work.towards[4 * i + 3, c] = over
+    work.force[c] += pull[0] * moved[0] + pull[1] * moved[1] + pull[2] * moved[2] + pull[3] * over
+
+
+@njit(cache=True, error_model="numpy")
+def linearise_edges(parameters, ski, memory, pose, step, columns, lines, side):
+    """Fill the linearisations of one ski in ``lines``, the memory advected; the others as in ``press_edges``."""
+    stations = ski.width.shape[0]
+    lines.force[side] = 0.0
+    lines.by_memory[side] = 0.0
+    lines.left[side] = 0.0
+    lines.kept[side] = 0.0
+    lines.towards[:] = 0.0
+    lines.slopes[:] = 0.0
+    for i in range(stations):
+        low, arm, other, tangent, bending = bend_station(ski, pose, i)
+        turned_edge_linearisation(
+            pose.height, pose.velocity, pose.spin, arm, other, tangent, bending, ski.width[i], 2.0 * low - 1.0,
+            lines.point,
+        )  # fmt: skip
+        velocity = point_velocity(pose.velocity, pose.spin, arm, bending)
+        state = flat_edge(
+            pose.height + arm[2], pose.height + other[2], tangent, velocity, ski.width[i], 2.0 * low - 1.0
+        )  # fmt: skip
+        fill_reach(lines.reach, ski, pose.frame, i, low)
+        by_coordinates(lines.point[AT_V_T], lines.reach, lines.left[side, 4 * stations + i])
+        by_coordinates(lines.point[AT_V_N], lines.reach, lines.left[side, 5 * stations + i])
+        if state[AT_LOWER] <= 0.0:
+            continue
+        over = (1 - low) * stations + i
+        if state[AT_UPPER] > memory.arrived_groove[1 - low, i]:
+            by_coordinates(lines.point[AT_UPPER], lines.reach, lines.left[side, over])
+        elif state[AT_UPPER] > 0.0:
+            lines.kept[side, over, 0, 0] = 1.0
+        section = law_section(state, memory, low, i, ski.width[i], ski.length[i], step)
+        edge_linearisation(parameters, *section, lines.state, lines.parameter)
+        memory_linearisation(parameters, *section, lines.memory_state, lines.memory_parameter)
+        axes = axes_on_plane(tangent)
+        pressed = edge_force(parameters, *section)
+        linearise_pull(lines, pressed, axes)
+        linearise_station(lines, columns, side, i, low, axes)
+        towards, row = lines.towards[4 * i : 4 * i + 4], low * stations + i
+        direct_forces(towards, arm, other, lines.reach)
+        add_remembered(lines.by_memory[side], towards, row, lines.state, axes)
+        pull = pull_of(pressed[0], pressed[1], pressed[2], pressed[3], axes)
+        add_swung(lines.force[side], arm, other, lines.reach, (pull[0], pull[1], pull[2]), (0.0, 0.0, pull[3]))
+    lines.force[side] += np.dot(lines.towards.T, lines.slopes)
+
+
+@inlined
+def fill_reach(reach, ski, frame, i, low):
+    """Fill ``reach`` with what each mode changes of a station's edges and of its tangent."""
+    for k in range(reach.shape[0]):
+        moved, over = mode_vector(frame, ski.shape, i, low, k), mode_vector(frame, ski.shape, i, 1 - low, k)
+        turned = mode_vector(frame, ski.turning, i, low, k)
+        for c in range(3):
+            reach[k, c], reach[k, 3 + c], reach[k, 6 + c] = moved[c], over[c], turned[c]
+
+
+@njit(cache=True, error_model="numpy")
+def by_coordinates(by_point, reach, to):
+    """Fill a row ``to`` (≥ 10 + 2k,) with derivatives by the ski's coordinates, from those by a station (22,)."""
+    modes = reach.shape[0]
+    for c in range(ON_MODES):
+        to[c] = by_point[c]
+    for k in range(modes):
+        placed, paced = 0.0, 0.0
+        for c in range(9):
+            placed += by_point[ON_MODES + c] * reach[k, c]
+        for c in range(3):
+            paced += by_point[ON_MODES + 9 + c] * reach[k, c]
+        to[ON_MODES + k], to[ON_MODES + modes + k] = placed, paced
+
+
+@njit(cache=True, error_model="numpy")
+def by_station(by_state, point, c):
+    """Return a law's derivative by a column of ``point``, from that by its state (9,)."""
+    return (
+        by_state[0] * point[AT_LOWER, c] + by_state[1] * point[AT_UPPER, c] + by_state[2] * point[AT_SINKING, c]
+        + by_state[5] * point[AT_V_T, c] + by_state[6] * point[AT_V_N, c] + by_state[7] * point[AT_RISE, c]
+        + by_state[8] * point[AT_ANGLE, c]
+    )  # fmt: skip
+
+
+@inlined
+def linearise_pull(lines, pressed, axes):
+    """Fill ``lines.pull`` and ``lines.memory`` from the laws' derivatives; the forces turn with the edge."""
+    by, after, point, pull = lines.state, lines.memory_state, lines.point, lines.pull
+    swung = plus(times(pressed[1], axes[1]), times(-pressed[2], axes[0]))
+    for c in range(POINT):
+        push, along, across, at_other = (
+            by_station(by[0], point, c), by_station(by[1], point, c), by_station(by[2], point, c),
+            by_station(by[3], point, c),
+        )  # fmt: skip
+        x, y, z, up = pull_of(push, along, across, at_other, axes)
+        turned = point[AT_DIRECTION, c]
+        pull[0, c], pull[1, c], pull[2, c], pull[3, c] = x + swung[0] * turned, y + swung[1] * turned, z, up
+        lines.memory[0, c], lines.memory[1, c] = by_station(after[0], point, c), by_station(after[1], point, c)
+
+
+@inlined
+def linearise_station(lines, columns, side, i, low, axes):
+    """Fill a station's rows of ``slopes`` and ``left``, and what the memory that arrives there does."""
+    left, kept, after = lines.left[side], lines.kept[side], lines.memory_state
+    stations, fixed = left.shape[0] // 6, ON_MODES + 2 * lines.reach.shape[0]
+    row = low * stations + i
+    for part in range(4):
+        by_coordinates(lines.pull[part], lines.reach, lines.slopes[4 * i + part])
+    for part in range(2):
+        at = 2 * stations * part + row
+        by_coordinates(lines.memory[part], lines.reach, left[at])
+        kept[row, part, 0], kept[row, part, 1] = after[part, 3], after[part, 4]
+        for column in columns.edge:
+            left[at, fixed + column] = lines.memory_parameter[part, columns.index[column]]
+    for column in columns.edge:
+        changed = lines.parameter[:, columns.index[column]]
+        pull = pull_of(changed[0], changed[1], changed[2], changed[3], axes)
+        for part in range(4):
+            lines.slopes[4 * i + part, fixed + column] = pull[part]
+
+
+@inlined
+def direct_forces(towards, arm, other, reach):
+    """Fill four rows (6 + k) of a station: the directions of the forces along x, y and z on the deeper edge, and up on
+    the other one.
+    """
+    for part in range(4):
+        c = min(part, 2)
+        axis = (1.0 if c == 0 else 0.0, 1.0 if c == 1 else 0.0, 1.0 if c == 2 else 0.0)
+        turning = cross(other if part == 3 else arm, axis)
+        for d in range(3):
+            towards[part, d], towards[part, 3 + d] = axis[d], turning[d]
+        for k in range(reach.shape[0]):
+            towards[part, 6 + k] = reach[k, 5 if part == 3 else c]
+
+
+@inlined
+def add_remembered(by_memory, towards, row, by_state, axes):
+    """Add to ``by_memory`` (6 + k, 4m) what groove and offset do that arrive at a station.
+
+    row : of the groove at the deeper edge;  by_state : (4, 9) of the law
+    """
+    for part in range(2):
+        at = part * (by_memory.shape[1] // 2) + row
+        by = by_state[:, 3 + part]
+        pull = pull_of(by[0], by[1], by[2], by[3], axes)
+        for c in range(by_memory.shape[0]):
+            for d in range(4):
+                by_memory[c, at] += towards[d, c] * pull[d]
+
+
+@inlined
+def add_swung(force, arm, other, reach, at_low, at_other):
+    """Add to ``force`` (6 + k, i) what a station's forces (3) at both edges do where these move under them."""
+    modes = reach.shape[0]
+    for j in range(3):
+        axis = (1.0 if j == 0 else 0.0, 1.0 if j == 1 else 0.0, 1.0 if j == 2 else 0.0)
+        turning = plus(cross(cross(axis, arm), at_low), cross(cross(axis, other), at_other))
+        for c in range(3):
+            force[3 + c, ON_TURN + j] += turning[c]
+        for k in range(modes):
+            moved, over = cross(axis, three(reach[k], 0)), cross(axis, three(reach[k], 3))
+            force[6 + k, ON_TURN + j] += dot(moved, at_low) + dot(over, at_other)
+    for k in range(modes):
+        turning = plus(cross(three(reach[k], 0), at_low), cross(three(reach[k], 3), at_other))
+        for c in range(3):
+            force[3 + c, ON_MODES + k] += turning[c]
 
 
 @njit(cache=True, error_model="numpy")

@@ -1,13 +1,19 @@
-"""What the snow remembers of skis that cut it: a template that ``compiled`` joins with the kernels of their edges."""
+"""What the snow remembers of skis that cut it: a template that ``compiled`` joins with the kernels of their edges and
+the formulas of ``edge_point``.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
+
+arriving_memory: Callable[..., tuple[float, float]]
+arriving_memory_linearisation: Callable[..., None]
 
 
 class Groove(NamedTuple):
@@ -37,21 +43,24 @@ class Groove(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def between_stations(station, first, place):
-    """The stations that a place lies between, searched from ``first`` on, and the share of the way to the second."""
-    last = station.shape[0] - 1
-    ahead = first
+def coming_from(station, memory, step, edge, i):
+    """Return the stations that the snow lay between which reaches a station after ``step`` (s), and what
+    ``arriving_memory`` takes of it; the first is negative where that snow is fresh, from ahead of the ski or of a point
+    that went backwards.
+    """
+    last, speed = station.shape[0] - 1, memory.speed[edge, i]
+    place = station[i] + step * speed
+    ahead = i
     while ahead < last and station[ahead + 1] < place:
         ahead += 1
     beyond = min(ahead + 1, last)
-    share = (place - station[ahead]) / (station[beyond] - station[ahead]) if beyond > ahead else 0.0
-    return ahead, beyond, share
-
-
-@njit(cache=True, error_model="numpy")
-def passing_time(station, ahead, beyond, share, speed, step):
-    """How long ago the snow at a place between two stations passed the first, s; ``step`` where nothing moves."""
-    return share * (station[beyond] - station[ahead]) / speed if speed > 0.0 else step
+    gap = station[beyond] - station[ahead] if beyond > ahead else 1.0
+    groove, offset, drift = memory.groove[edge], memory.offset[edge], memory.drift[edge]
+    given = (
+        station[i], station[ahead], gap, step, groove[ahead], groove[beyond], offset[ahead], offset[beyond], speed,
+        drift[i], drift[ahead], drift[beyond],
+    )  # fmt: skip
+    return ahead if speed >= 0.0 and place <= station[last] else -1, beyond, given
 
 
 @njit(cache=True, error_model="numpy")
@@ -64,23 +73,67 @@ def advect(ski, memory, step):
     half the step times how much more the snow's place drifted when the step began; and where that place is between
     stations, by what the straight line between their offsets misses of a parabola.
     """
-    station = ski.station
-    last = station.shape[0] - 1
     for edge in range(2):
-        for i in range(last + 1):
-            speed = memory.speed[edge, i]
-            place = station[i] + step * speed
-            groove, offset = 0.0, 0.0
-            if speed >= 0.0 and place <= station[last]:
-                ahead, beyond, share = between_stations(station, i, place)
-                groove = memory.groove[edge, ahead] + share * (memory.groove[edge, beyond] - memory.groove[edge, ahead])
-                offset = memory.offset[edge, ahead] + share * (memory.offset[edge, beyond] - memory.offset[edge, ahead])
-                since = passing_time(station, ahead, beyond, share, speed, step)
-                rising = memory.drift[edge, beyond] - memory.drift[edge, ahead]
-                drifted = memory.drift[edge, ahead] + share * rising - memory.drift[edge, i]
-                offset += 0.5 * (step * drifted + (1.0 - share) * since * rising)
-            memory.arrived_groove[edge, i] = groove
-            memory.arrived_offset[edge, i] = offset
+        for i in range(ski.station.shape[0]):
+            ahead, _, given = coming_from(ski.station, memory, step, edge, i)
+            groove, offset = arriving_memory(*given) if ahead >= 0 else (0.0, 0.0)
+            memory.arrived_groove[edge, i], memory.arrived_offset[edge, i] = groove, offset
+
+
+@njit(cache=True, error_model="numpy")
+def advect_tangents(ski, memory, step, held, arrived):
+    """Fill ``arrived`` (4m, d) with the tangents of the memory that ``advect`` brings, from those of what the last step
+    left, ``held`` (6m, d).  It is called before the step's memory is accepted.
+    """
+    stations, slopes = ski.station.shape[0], np.zeros((2, 8))
+    arrived[:] = 0.0
+    for edge in range(2):
+        for i in range(stations):
+            ahead, beyond, given = coming_from(ski.station, memory, step, edge, i)
+            if ahead < 0:
+                continue
+            arriving_memory_linearisation(*given, slopes)
+            groove, offset = edge * stations, (2 + edge) * stations
+            speed, drift = 4 * stations, 5 * stations
+            rows = (
+                groove + ahead, groove + beyond, offset + ahead, offset + beyond, speed + i, drift + i, drift + ahead,
+                drift + beyond,
+            )  # fmt: skip
+            for part in range(2):
+                row = (groove, offset)[part] + i
+                for by in range(8):
+                    slope = slopes[part, by]
+                    if slope != 0.0:
+                        for k in range(held.shape[1]):
+                            arrived[row, k] += slope * held[rows[by], k]
+
+
+@njit(cache=True, error_model="numpy")
+def leave_tangents(left, kept, moved, arrived, held):
+    """Fill ``held`` (6m, d) with the tangents of what a step leaves.
+
+    left, kept : of a ski as ``EdgeLines`` has them;  moved : (i, d) of what moves the ski;  arrived : (4m, d)
+    """
+    np.dot(left, moved, held)
+    rows = kept.shape[0]
+    for row in range(rows):
+        for part in range(2):
+            for k in range(held.shape[1]):
+                held[rows * part + row, k] += (
+                    kept[row, part, 0] * arrived[row, k] + kept[row, part, 1] * arrived[rows + row, k]
+                )
+
+
+@njit(cache=True, error_model="numpy")
+def pass_over(memory, low, i, upper, v_t, v_n):
+    """Note that a station moves on: its deeper edge ``low`` leaves no groove until the law says so; the other one, at
+    the depth ``upper`` (m), presses where the ski is flat, and has no wall.
+    """
+    memory.next_groove[low, i], memory.next_offset[low, i] = 0.0, 0.0
+    memory.next_groove[1 - low, i] = max(upper, memory.arrived_groove[1 - low, i]) if upper > 0.0 else 0.0
+    memory.next_offset[1 - low, i] = 0.0
+    for edge in range(2):
+        memory.next_speed[edge, i], memory.next_drift[edge, i] = v_t, v_n
 
 
 @njit(cache=True, error_model="numpy")

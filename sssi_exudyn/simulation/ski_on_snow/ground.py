@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
@@ -97,21 +96,6 @@ def bent_vector(frame, unloaded, shape, eta, i, edge):
         b += shape[i, edge, 1, k] * eta[k]
         c += shape[i, edge, 2, k] * eta[k]
     return out_of(frame, (a, b, c))
-
-
-@njit(cache=True, error_model="numpy")
-def section_angle(left, right, width):
-    """The angle (rad) at which a ski's section of this width stands on the snow, by the depths of both its edges;
-    positive on its right edge.
-    """
-    return math.asin(max(-1.0, min(1.0, (right - left) / width)))
-
-
-@njit(cache=True, error_model="numpy")
-def angle_by_depths(low, angle, width):
-    """By how much that angle grows with how much deeper (m) the deeper edge is, ``low``, than the other (rad/m)."""
-    cosine = math.cos(angle)
-    return (1.0 if low == 1 else -1.0) / (width * cosine) if cosine > 1e-9 else 0.0
 
 
 @njit(cache=True, error_model="numpy")

@@ -1,4 +1,4 @@
-"""The skier's heading about gravity: a template that ``compiled`` joins with ``carved_run_kernel``.
+"""The skier's heading about gravity: a template that ``compiled`` joins with ``carved_steps_kernel``.
 
 The whole posture turns by Ψ from the captured one, as ``simulation.heading`` describes.
 """
@@ -98,8 +98,8 @@ def turn_heading(heading, motion, n, h):
     if n > 0:
         before = heading.inertia[n - 1], heading.momentum[n - 1], heading.moment[n - 1]
         after = heading.inertia[n], heading.momentum[n]
-        found = next_heading(heading.stiffness, heading.damping_ratio, h, three(heading.angle[n - 1], 0), before, after)
-        write(turned, found)
+        last = three(heading.angle[n - 1], 0)
+        write(turned, next_heading(heading.stiffness, heading.damping_ratio, h, last, before, after))
     spin = times(turned[1], up)
     for vectors in (
         motion.foot_place[n], motion.foot_velocity[n], motion.foot_spin[n], motion.exposed_velocity[n],
@@ -150,9 +150,9 @@ def moment_on_heading(heading, motion, n, force, moment, drag, body):
     pelvis;  body : N on the centre of mass of skier and boots
     """
     up, com = three(heading.up, 0), three(heading.com_place[n], 0)
-    found = drag[3] - dot(up, cross(com, (drag[0], drag[1], drag[2])))
-    found += dot(up, cross(plus(three(motion.com_place[n], 0), times(-1.0, com)), body))
+    total = drag[3] - dot(up, cross(com, (drag[0], drag[1], drag[2])))
+    total += dot(up, cross(plus(three(motion.com_place[n], 0), times(-1.0, com)), body))
     for side in range(2):
         arm = plus(three(motion.foot_place[n, side], 0), times(-1.0, com))
-        found += dot(up, plus(cross(arm, three(force[side], 0)), three(moment[side], 0)))
-    return found
+        total += dot(up, plus(cross(arm, three(force[side], 0)), three(moment[side], 0)))
+    return total

@@ -21,7 +21,7 @@ from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantity
-from sssi_exudyn.simulation.reduced.edge_setup import MODES, POINTS, bending_edges, carving_module, edge_work
+from sssi_exudyn.simulation.reduced.edge_setup import MODES, POINTS, bending_edges, carving_module
 from sssi_exudyn.simulation.ski_on_snow.edge import EdgeSki, EdgeWork
 from sssi_exudyn.simulation.ski_on_snow.groove import Groove
 from sssi_exudyn.simulation.turns.turn_kernel import Turn, TurnState
@@ -74,10 +74,12 @@ class SteadyTurn:
     """A steady turn to the left.
 
     curvature : 1/m, of the boot centre's path;  wobble : 1/m, its standard deviation where it never settles
-    sideslip : rad, > 0 where the ski points into the turn;  sinking, pitch : m, rad of the boot centre
-    normal, lateral, drag : N, of the snow along its normal, to the inside, and against the way
+    sideslip : velocity across the ski over that along it, > 0 where the ski points into the turn
+    sinking, pitch : m, rad of the boot centre
+    normal, lateral, resistance : N, of the snow along its normal, to the inside, and backwards along the ski
     side_reserve : share of what the groove's wall bears along the edge that is not used
-    friction, compaction, skid : W that the snow takes
+    power : W that the skier gives: the work of the snow's force and moment on the ski, reversed
+    friction, compaction, skid : W that the snow takes; together they are the power
     place : (m,) m along the ski, ahead of the boot centre
     pressure, across, most : (m,) N/m of edge: along the normal, to the inside, and what the wall bears at most
     depth, groove : (m,) m of the edge and of the groove that it leaves;  offset : (m,) m from the groove's wall
@@ -92,8 +94,9 @@ class SteadyTurn:
     pitch: float
     normal: float
     lateral: float
-    drag: float
+    resistance: float
     side_reserve: float
+    power: float
     friction: float
     compaction: float
     skid: float
@@ -106,6 +109,13 @@ class SteadyTurn:
     offset: Array
     slip: Array
     local_edge: Array
+
+    @property
+    def drag(self) -> float:
+        """N, of the snow against the path of the boot centre: the resistance, and the lateral force's part on a path
+        that leads out of the ski's direction by the sideslip.
+        """
+        return (self.resistance + self.lateral * self.sideslip) / float(np.hypot(1.0, self.sideslip))
 
     @property
     def radius(self) -> float | None:
@@ -141,11 +151,10 @@ def edges_of(ski: Ski, points: int = POINTS, modes: int = MODES) -> EdgeSki:
 def start_rolling(ski: EdgeSki) -> Rolling:
     """The ski on fresh snow, straight, little edged and just touching it."""
     points, modes = len(ski.width), len(ski.omega)
-    state = TurnState(np.zeros(4 + modes), np.zeros(2), np.zeros(6 + modes))
+    state = TurnState(np.zeros(4 + modes), np.zeros(2))
     state.sought[2] = 0.5 * float(ski.width.min()) * np.sin(_FIRST_EDGE)
     memory = Groove.fresh(2, points)
-    work = edge_work(points, modes)
-    return Rolling(ski, state, memory, work, float(_FIRST_EDGE))
+    return Rolling(ski, state, memory, EdgeWork.room(points, modes), float(_FIRST_EDGE))
 
 
 def steady_turn(case: TurnCase, rolling: Rolling, step_points: float = 1.0) -> tuple[SteadyTurn, Rolling]:
@@ -199,7 +208,7 @@ def _turn_of(case: TurnCase, on: Rolling, curvature: Array) -> SteadyTurn:
     """The figures of a ski that runs."""
     normal, along, across, most, depth, groove, offset, v_t, v_n, edge, rise, _, borne = on.work.seen.T
     length = on.ski.length
-    force, sought = on.state.force, on.state.sought
+    force, sought = on.work.force, on.state.sought
     climbing = np.where(v_t > 0.0, np.maximum(rise, 0.0), np.minimum(rise, 0.0))
     compaction = float(np.sum(normal * climbing * v_t))
     return SteadyTurn(
@@ -211,8 +220,9 @@ def _turn_of(case: TurnCase, on: Rolling, curvature: Array) -> SteadyTurn:
         pitch=float(sought[3]),
         normal=float(force[2]),
         lateral=float(force[1]),
-        drag=float(-force[0]),
+        resistance=float(-force[0]),
         side_reserve=float(1.0 - np.sum(borne) / np.sum(most)),
+        power=-float(force[0] * case.speed + force[1] * sought[0] + force[5] * sought[1]),
         friction=float(-np.sum(along * v_t)) - compaction,
         compaction=compaction,
         skid=float(-np.sum(across * v_n)),

@@ -1,4 +1,5 @@
-"""One ski in a steady turn: a template that ``compiled`` joins with the laws and ``carving_kernel``.
+"""One ski in a steady turn: a template that ``compiled`` joins with the laws and the kernels of
+``ski_on_snow``.
 
 The ski's heading is the x axis, which turns with it.  Sought are the boot centre's sideslip v_y and the yaw rate ω,
 
@@ -21,21 +22,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.runtime.jit import inlined, njit
 
 press_edges: Callable[..., None]
+SkiPose: Callable[..., Any]
 advect: Callable[..., None]
 accept: Callable[..., None]
+backward: Callable[..., Any]
+rate_to: Callable[..., float]
 eliminate: Callable[..., bool]
 
-ITERATIONS = 25
+TURN_ITERATIONS = 30
 """Newton iterations at most."""
-SMALL = 1e-8
+TURN_SMALL = 1e-5
 """m/s, rad/s, m, rad and the modes' own unit: the change of what is sought at which a step is found."""
 MASS, INERTIA = 10.0, 1.0
 """kg and kg m²; of sideslip and yaw, on the way to the steady turn."""
@@ -43,10 +47,6 @@ SLIPPING, YAWING = 500.0, 400.0
 """N s/m and N m s: dampers against the running means."""
 SINKING, PITCHING = 1500.0, 100.0
 """N s/m and N m s: dampers on the way to the steady turn."""
-
-
-HELD = (0.0, 0.0, 0.0)
-"""In place of the axes along and about which a boot centre that is free heaves and pitches."""
 
 
 class Turn(NamedTuple):
@@ -66,13 +66,22 @@ class Turn(NamedTuple):
 
 
 class TurnState(NamedTuple):
-    """sought : (4 + k,) v_y (m/s), ω (rad/s), z (m), pitch (rad), η;  mean : (2,) of v_y and ω
-    force : (6 + k,) of the snow at the end
-    """
+    """sought : (4 + k,) v_y (m/s), ω (rad/s), z (m), pitch (rad), η;  mean : (2,) of v_y and ω"""
 
     sought: Array
     mean: Array
-    force: Array
+
+
+class TurnSystem(NamedTuple):
+    """A step's equations: matrix (4 + k, 4 + k) and right side (4 + k,), and the ski's rotation (3, 3).
+
+    coordinate : (4 + k,) of the ski's coordinates, those that are sought, in their order
+    """
+
+    matrix: Array
+    right: Array
+    frame: Array
+    coordinate: Array
 
 
 @njit(cache=True, error_model="numpy")
@@ -81,89 +90,98 @@ def follow_turn(parameters, ski, turn, state, memory, work, series):
 
     The number of steps that Newton's method solved.
     """
-    modes = ski.omega.shape[0]
-    size = 6 + modes
-    sought, mean, force = state.sought, state.mean, state.force
-    lately = min(1.0, 2.0 * turn.speed * turn.step / (ski.station[-1] - ski.station[0]))
-    old = sought.copy()
-    frame = np.zeros((3, 3))
-    matrix, right = np.zeros((size, size)), np.zeros(size)
-    system, change = np.zeros((4 + modes, 4 + modes)), np.zeros(4 + modes)
-    by_place, by_rate = np.zeros(size), np.zeros(size)
-    # of the ski's coordinates, those that are sought, in the order of what is sought
-    coordinate = np.zeros(4 + modes, np.int64)
+    size = state.sought.shape[0]
+    coordinate = np.arange(2, 2 + size)  # the modes; a ski's own come first
     coordinate[0], coordinate[1], coordinate[2], coordinate[3] = 1, 5, 2, 4
-    for k in range(modes):
-        coordinate[4 + k] = 6 + k
-    step = turn.step
-    by_rate[1], by_rate[5] = 1.0, 1.0
-    for c in range(2, 4 + modes):
-        by_place[coordinate[c]], by_rate[coordinate[c]] = 1.0, 1.0 / step
-    eta, rate = np.zeros(modes), np.zeros(modes)
+    system = TurnSystem(np.zeros((size, size)), np.zeros(size), np.zeros((3, 3)), coordinate)
+    work.by_place[:] = 0.0
+    work.by_rate[:] = 0.0
+    rule = backward(1, turn.step, 1)
+    for i in range(size):  # sideslip and yaw rate are rates themselves
+        work.by_place[coordinate[i]] = 1.0 if i > 1 else 0.0
+        work.by_rate[coordinate[i]] = 1.0 / rule.share if i > 1 else 1.0
+    lately = min(1.0, 2.0 * turn.speed * turn.step / (ski.station[-1] - ski.station[0]))
     solved = 0
     for n in range(turn.edge.shape[0]):
-        advect(ski, memory, step)
-        for c in range(4 + modes):
-            old[c] = sought[c]
-        roll = -turn.edge[n]
-        for iteration in range(ITERATIONS):
-            pitch = sought[3]
-            a, b = math.cos(pitch), math.sin(pitch)
-            upright, edged = math.cos(roll), math.sin(roll)
-            frame[0, 0], frame[0, 1], frame[0, 2] = a, b * edged, b * upright
-            frame[1, 0], frame[1, 1], frame[1, 2] = 0.0, upright, -edged
-            frame[2, 0], frame[2, 1], frame[2, 2] = -b, a * edged, a * upright
-            for k in range(modes):
-                eta[k] = sought[4 + k]
-                rate[k] = (sought[4 + k] - old[4 + k]) / step
-            sinking, pitching = (sought[2] - old[2]) / step, (pitch - old[3]) / step
-            force[:] = 0.0
-            matrix[:] = 0.0
-            spin = (0.0, pitching, sought[1])
-            foot = (sought[2], (turn.speed, sought[0], sinking), frame, spin, HELD, HELD)
-            press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rate, force, matrix, work)
-            # moments about the centre of pressure: the foot's place is moved there
-            ahead, down = turn.pressure * a, -turn.pressure * b
-            right[0] = force[1] - turn.load * turn.lean[n] - MASS * (sought[0] - old[0]) / step
-            right[0] -= SLIPPING * (sought[0] - mean[0])
-            right[1] = force[5] - ahead * force[1] - INERTIA * (sought[1] - old[1]) / step
-            right[1] -= YAWING * (sought[1] - mean[1])
-            right[2] = force[2] - turn.load - SINKING * sinking
-            right[3] = force[4] + ahead * force[2] - down * force[0] - PITCHING * pitching
-            for i in range(4 + modes):
-                column = coordinate[i]
-                system[0, i], system[2, i] = matrix[1, column], matrix[2, column]
-                system[1, i] = matrix[5, column] - ahead * matrix[1, column]
-                system[3, i] = matrix[4, column] + ahead * matrix[2, column] - down * matrix[0, column]
-                for k in range(modes):
-                    system[4 + k, i] = matrix[6 + k, column]
-            system[0, 0] += MASS / step + SLIPPING
-            system[1, 1] += INERTIA / step + YAWING
-            system[2, 2] += SINKING / step
-            system[3, 3] += PITCHING / step
-            for k in range(modes):
-                w = ski.omega[k]
-                right[4 + k] = force[6 + k] - w * w * eta[k] - 2.0 * ski.ratio[k] * w * rate[k]
-                system[4 + k, 4 + k] += w * w + 2.0 * ski.ratio[k] * w / step
-            for i in range(4 + modes):
-                change[i] = right[i]
-            if not eliminate(system, change):
-                return solved
-            share = min(1.0, 0.3 / max(abs(change[0]), 1e-9), 1.0 / max(abs(change[1]), 1e-9))
-            share = min(share, 3e-3 / max(abs(change[2]), 1e-9), 0.02 / max(abs(change[3]), 1e-9))
-            if iteration > 10:
-                share *= 0.5  # between two branches of a law Newton's method may go to and fro
-            largest = 0.0
-            for i in range(4 + modes):
-                sought[i] += share * change[i]
-                largest = max(largest, abs(change[i]))
-            if not largest < 1e6:
-                return solved
-            if largest < SMALL:
-                solved += 1
-                break
-        accept(memory)
+        outcome = advance_turn(parameters, ski, turn, n, state, memory, work, system)
+        if outcome < 0:
+            return solved
+        solved += outcome
         for c in range(2):
-            mean[c] += lately * (sought[c] - mean[c])
-        series[n, 0], series[n, 1], series[n, 2], series[n, 3] = sought[0], sought[1], sought[2], sought[3]
+            state.mean[c] += lately * (state.sought[c] - state.mean[c])
+        for c in range(4):
+            series[n, c] = state.sought[c]
     return solved
+
+
+@inlined
+def advance_turn(parameters, ski, turn, n, state, memory, work, system):
+    """Bring the ski a step on; 1 where Newton's method solves it, 0 where it comes near, −1 where it fails."""
+    sought, change, rule = state.sought, system.right, backward(1, turn.step, 1)
+    advect(ski, memory, turn.step)
+    old, rate = sought.copy(), np.zeros(sought.shape[0])
+    solved = 0
+    for iteration in range(TURN_ITERATIONS):
+        for i in range(sought.shape[0]):
+            rate[i] = rate_to(rule, sought[i], old[i], 0.0)
+        turn_edged(sought[3], -turn.edge[n], system.frame)
+        speed, spin = (turn.speed, sought[0], rate[2]), (0.0, rate[3], sought[1])
+        none = (0.0, 0.0, 0.0)  # no axes to heave and pitch about: the boot centre is free to
+        pose = SkiPose(sought[2], speed, system.frame, spin, none, none, sought[4:], rate[4:])
+        press_edges(parameters, ski, memory, pose, turn.step, work)
+        turn_equations(ski, turn, n, state, rate, work, system)
+        if not eliminate(system.matrix, change):
+            return -1
+        share = min(1.0, 0.3 / max(abs(change[0]), 1e-9), 1.0 / max(abs(change[1]), 1e-9))
+        share = min(share, 3e-3 / max(abs(change[2]), 1e-9), 0.02 / max(abs(change[3]), 1e-9))
+        if iteration > 10:
+            share *= 0.5  # between two branches of a law Newton's method may go to and fro
+        largest = 0.0
+        for i in range(sought.shape[0]):
+            sought[i] += share * change[i]
+            largest = max(largest, abs(change[i]))
+        if not largest < 1e6:
+            return -1
+        if largest < TURN_SMALL:
+            solved = 1
+            break
+    accept(memory)
+    return solved
+
+
+@inlined
+def turn_edged(pitch, roll, frame):
+    """Fill ``frame`` with the rotation (3, 3) of a ski that is pitched and rolled (rad)."""
+    a, b = math.cos(pitch), math.sin(pitch)
+    upright, edged = math.cos(roll), math.sin(roll)
+    frame[0, 0], frame[0, 1], frame[0, 2] = a, b * edged, b * upright
+    frame[1, 0], frame[1, 1], frame[1, 2] = 0.0, upright, -edged
+    frame[2, 0], frame[2, 1], frame[2, 2] = -b, a * edged, a * upright
+
+
+@inlined
+def turn_equations(ski, turn, n, state, rate, work, system):
+    """Fill the equations of a step, moments about the centre of pressure.
+
+    rate : (4 + k,) of what is sought;  work : ``EdgeWork`` with the snow's forces
+    """
+    sought, force, matrix, right = state.sought, work.force, system.matrix, system.right
+    ahead, down = turn.pressure * math.cos(sought[3]), -turn.pressure * math.sin(sought[3])
+    right[0] = force[1] - turn.load * turn.lean[n] - MASS * rate[0] - SLIPPING * (sought[0] - state.mean[0])
+    right[1] = force[5] - ahead * force[1] - INERTIA * rate[1] - YAWING * (sought[1] - state.mean[1])
+    right[2] = force[2] - turn.load - SINKING * rate[2]
+    right[3] = force[4] + ahead * force[2] - down * force[0] - PITCHING * rate[3]
+    for i in range(sought.shape[0]):
+        by = work.matrix[:, system.coordinate[i]]
+        matrix[0, i], matrix[1, i] = by[1], by[5] - ahead * by[1]
+        matrix[2, i], matrix[3, i] = by[2], by[4] + ahead * by[2] - down * by[0]
+        for k in range(4, sought.shape[0]):
+            matrix[k, i] = by[2 + k]
+    matrix[0, 0] += MASS / turn.step + SLIPPING
+    matrix[1, 1] += INERTIA / turn.step + YAWING
+    matrix[2, 2] += SINKING / turn.step
+    matrix[3, 3] += PITCHING / turn.step
+    for k in range(ski.omega.shape[0]):
+        w, damping = ski.omega[k], 2.0 * ski.ratio[k] * ski.omega[k]
+        right[4 + k] = force[6 + k] - w * w * sought[4 + k] - damping * rate[4 + k]
+        matrix[4 + k, 4 + k] += w * w + damping / turn.step

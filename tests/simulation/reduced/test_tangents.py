@@ -25,7 +25,7 @@ from sssi_exudyn.contact.terms.friction_corrections import (
 from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.contact.terms.wind import DragArea, Gust, Wind
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.gps_observation import predict_fixes
+from sssi_exudyn.fitting.observations import predict_fixes
 from sssi_exudyn.model.faults import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, insole_readings, values_of
 from sssi_exudyn.model.from_recording import first_guess, model_of
 from sssi_exudyn.model.model import Model

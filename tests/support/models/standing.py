@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
+from flat_snow import flat_snow
 
 from sssi_exudyn.bodies.muscles.muscles import own_geometry
 from sssi_exudyn.bodies.skier.chain import COORDINATES, PRESCRIBED, SEGMENT, Geometry, forward_kinematics, jacobians
@@ -97,6 +98,7 @@ def standing(
         foot_position=place,
         foot_velocity=np.zeros((samples, 2, 3)),
         foot_forward=np.tile([1.0, 0.0, 0.0], (samples, 2, 1)),
+        snow=flat_snow(load, np.zeros((samples, 2, 3))),
         edge_angle=pairs,
         penetration=pairs,
         drag=zero,

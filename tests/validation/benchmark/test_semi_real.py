@@ -14,7 +14,7 @@ from bundled import bundled
 
 from sssi_exudyn.api.benchmark import semi_real as semi_real_command
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
-from sssi_exudyn.fitting.gps_observation import correct_fixes
+from sssi_exudyn.fitting.observations import correct_fixes
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.model.faults import GpsJump
 from sssi_exudyn.model.from_recording import model_of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from five_seconds import five_seconds
+from a_missing_force import five_seconds
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import tomli_w
 from a_diagnosis import diagnosis_of, finding_of
+from a_linear_model import LEVELS
 from bundled import bundled
 from explanations import NOWHERE, refitted
 from schema_check import check_against_schema
-from test_evidence import LEVELS
 
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch, UnexplainedDrag, UnexplainedFriction
@@ -23,10 +23,12 @@ from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.number_ref import NumberRef
-from sssi_exudyn.fitting.evidence import Freedom, usual_levels
+from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
-from sssi_exudyn.fitting.gps_observation import predict_fixes, track_of
+from sssi_exudyn.fitting.linear_fit import refit
 from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.observations import predict_fixes, track_of
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.io.writing import to_json
 from sssi_exudyn.model.from_recording import model_of
@@ -52,7 +54,6 @@ from sssi_exudyn.validation.diagnosis.diagnose import compare_again, diagnose
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Alternative, Diagnosis, Finding
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, responses_of
-from sssi_exudyn.validation.diagnosis.refit import Parameter, refit
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import compare_hypotheses, extended_parameters
 from sssi_exudyn.validation.diagnosis.search.search_result import Accepted
 from sssi_exudyn.validation.diagnosis.state import (
@@ -85,7 +86,7 @@ def base() -> tuple[Recording, Motion, Model]:
 def state_of(problem: DiagnosisProblem) -> State:
     """Nothing is uncertain but what instruments usually show."""
     size = len(problem.measurements.measured)
-    return State(usual_levels(problem.measurements), no_nuisances(size), np.zeros(size))
+    return State(problem.measurements.usual, no_nuisances(size), np.zeros(size))
 
 
 def shown(diagnosis: Diagnosis) -> str:
@@ -310,7 +311,7 @@ def test_a_push_is_found_where_it_was_from_beside_it(base: Any) -> None:
     places = [
         Parameter((f"unexplained_force.{key}",), Prior(t, 0.4)) for key, t in (("t0", begin - 0.3), ("t1", begin + 0.5))
     ]
-    noise = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements), problem.model)
+    noise = noise_whitener(problem, state_of(problem), problem.measurements.usual, problem.model)
     start = pushed(0.0, begin - 0.3, begin + 0.5)
     fit = refit(
         start, (*amplitudes, *places), problem.prepared, problem.measurements, noise, lambda each: (each, offset)
@@ -336,7 +337,7 @@ def test_which_ski_glides_worse_follows_from_loads_and_track(base: Any, more: fl
         Parameter(("unexplained_friction.delta_mu",), Prior(0.0, 0.1)),
         Parameter(("friction.mu_t",), Prior(mu_t, 0.1)),
     ]
-    noise = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements), problem.model)
+    noise = noise_whitener(problem, state_of(problem), problem.measurements.usual, problem.model)
     fit = refit(start, sought, problem.prepared, problem.measurements, noise, lambda each: (each, offset))
     delta, mean = fit.values
     # fits stop within a twentieth of the standard errors; priors draw by a few per cent
@@ -359,7 +360,7 @@ def test_which_ski_is_held_back_follows_from_loads_and_track(base: Any, side: fl
     seen = problem.measurements.predict(true, simulate_reduced(true, problem.prepared))
     offset = problem.measurements.measured - seen
     amplitudes = [Parameter((f"unexplained_drag.brake_{way}",), Prior(0.0, 100.0)) for way in "tn"]
-    noise = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements), problem.model)
+    noise = noise_whitener(problem, state_of(problem), problem.measurements.usual, problem.model)
     right, wrong = (
         refit(
             held(50.0, each), amplitudes, problem.prepared, problem.measurements, noise, lambda model: (model, offset)
@@ -417,7 +418,7 @@ def test_a_turned_capture_is_found_by_the_fit_s_own_derivatives(base: Any) -> No
     seen, slopes = sensitivities(turned, problem.prepared, names, problem.measurements.predict)
     run = simulate_reduced(turned, problem.prepared)
     fitted = FittedRun(turned, problem.prepared, run, problem.measurements, seen)
-    white = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements), turned)
+    white = noise_whitener(problem, state_of(problem), problem.measurements.usual, turned)
     for name, column in zip(("heading_misalignment", "gps_delay"), slopes.T, strict=True):
         response = responses_of(BY_NAME[name].probes(fitted), problem.prepared, problem.measurements)[:, 0]
         whitened = white(np.column_stack([response, column]))

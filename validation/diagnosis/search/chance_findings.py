@@ -15,7 +15,8 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import LinearModel, NoiseLevels, log_factors, overlaps, uncertain
+from sssi_exudyn.fitting.evidence import LinearModel, log_factors, overlaps, uncertain
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Chance
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, Hypothesis
 from sssi_exudyn.validation.diagnosis.search.probabilities import probabilities

@@ -18,7 +18,6 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import (
     Freedom,
     LinearModel,
-    NoiseLevels,
     best_levels,
     log_evidence,
     log_factors,
@@ -26,7 +25,10 @@ from sssi_exudyn.fitting.evidence import (
     overlaps,
     uncertain,
 )
+from sssi_exudyn.fitting.linear_fit import Refit
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.runtime.cache import fingerprint
@@ -34,7 +36,6 @@ from sssi_exudyn.runtime.threads import side_by_side
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Smallest
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, Hypothesis, responses_of
-from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
 from sssi_exudyn.validation.diagnosis.search.detectability import smallest_noticed
 from sssi_exudyn.validation.diagnosis.search.explanation import (
     Explanation,

@@ -8,7 +8,6 @@ import numpy as np
 from scipy.stats import chi2
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import usual_levels
 from sssi_exudyn.fitting.observations import Measurements
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Adequacy, Smallest
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, Hypothesis
@@ -43,7 +42,7 @@ def adequacy(residual: Array, measurements: Measurements, thresholds: Thresholds
 
     Errors of a receiver last for seconds, so that a run holds but a few of them.
     """
-    blocks, noise = measurements.blocks, usual_levels(measurements).gps
+    blocks, noise = measurements.blocks, measurements.usual.gps
     squares = [residual[blocks[name]] ** 2 * measurements.counts for name in ("x", "y")]
     missed = float(np.sqrt(np.sum(squares) / np.sum(measurements.counts)))
     lasts = float(measurements.fixes[-1] - measurements.fixes[0])

@@ -14,10 +14,11 @@ import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import NumberRef
-from sssi_exudyn.fitting.evidence import Freedom, LinearModel, NoiseLevels
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel
+from sssi_exudyn.fitting.linear_fit import Refit
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Smallest
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, FreeFormForce, Hypothesis
-from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.search.probabilities import probabilities
 
 Values = Mapping[NumberRef, tuple[float, float]]

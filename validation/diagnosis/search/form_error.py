@@ -16,7 +16,8 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import Freedom, LinearModel, NoiseLevels, whiten_columns
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel, whiten_columns
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.search.explanation import Refitted, Round
 from sssi_exudyn.validation.diagnosis.search.missing_force import latent_covariance

@@ -21,17 +21,10 @@ import numpy as np
 
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import (
-    Freedom,
-    LinearModel,
-    NoiseLevels,
-    log_evidence,
-    log_prior,
-    uncertain,
-    whiten_columns,
-)
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_posterior, uncertain, whiten_columns
+from sssi_exudyn.fitting.linear_fit import linear_values, with_parameters
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, FreeFormForce, responses_of
-from sssi_exudyn.validation.diagnosis.refit import linear_values, with_parameters
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import without_law
 from sssi_exudyn.validation.diagnosis.search.explanation import FreeForm, Refitted, Round
 from sssi_exudyn.validation.diagnosis.search.missing_force import (
@@ -84,7 +77,7 @@ def force_of_any_form(linear: LinearModel, levels: NoiseLevels, fitted: FittedRu
     cosine, sine = course_of(fitted)
     sizes, directions = np.linalg.eigh(best)
     kept = sizes > _NEGLIGIBLE * sizes[-1]
-    without = log_evidence(linear, levels) + log_prior(linear.measurements, levels)
+    without = log_posterior(linear, levels)
     return ForceOfAnyForm(
         log_evidence=without + half_each(*([factor for _, factor in some] for some in gains)),
         force=np.stack([along * cosine - across * sine, along * sine + across * cosine, normal]),

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import LinearModel, NoiseLevels, uncertain, whiten_columns
+from sssi_exudyn.fitting.evidence import LinearModel, uncertain, whiten_columns
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.observations import Measurements
 
 _FOLDS = 4

@@ -27,7 +27,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import LinearModel, NoiseLevels, uncertain, whiten_columns
+from sssi_exudyn.fitting.evidence import LinearModel, uncertain, whiten_columns
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.observations import averages, total_and_difference
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun

@@ -14,9 +14,10 @@ import numpy as np
 from scipy.linalg import cho_solve
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import LinearModel, NoiseLevels, uncertain
+from sssi_exudyn.fitting.evidence import LinearModel, uncertain
+from sssi_exudyn.fitting.linear_fit import Refit, with_parameters
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, Hypothesis
-from sssi_exudyn.validation.diagnosis.refit import Refit, with_parameters
 
 DRAWS: Final = 400
 """A share of one half is known to 0.025, its logarithm to 0.05; what is possible in none of them is impossible."""

@@ -19,9 +19,9 @@ import numpy as np
 
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting.evidence import best_levels
+from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FreeFormForce
-from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import evidence_by_size, weigh_refit
 from sssi_exudyn.validation.diagnosis.search.explanation import (
     Explanation,

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from sssi_exudyn.fitting.evidence import LinearModel, NoiseLevels
+from sssi_exudyn.fitting.evidence import LinearModel
+from sssi_exudyn.fitting.linear_fit import Refit
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
-from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.search.explanation import Refitted, Round
 from sssi_exudyn.validation.diagnosis.state import State
 

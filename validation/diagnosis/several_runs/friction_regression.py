@@ -26,11 +26,11 @@ from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.fitting.evidence import Freedom, log_factors, uncertain, whiten_columns
+from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.instruments.gps import enu_from
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Number
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.search.probabilities import probabilities
 from sssi_exudyn.validation.diagnosis.search.search_result import SeparateFit
 from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import (

@@ -23,17 +23,11 @@ from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import FRICTION, NumberRef
-from sssi_exudyn.fitting.evidence import (
-    Freedom,
-    LinearModel,
-    NoiseLevels,
-    best_levels,
-    log_prior,
-    log_volume,
-    whiten_columns,
-)
-from sssi_exudyn.fitting.noise import precision
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel, best_levels, log_volume, precision, whiten_columns
+from sssi_exudyn.fitting.linear_fit import Refit
+from sssi_exudyn.fitting.noise import NoiseLevels, log_prior
 from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.model.faults import Sensor
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.runtime.threads import side_by_side
@@ -47,7 +41,6 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     probes_by,
     responses_of,
 )
-from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
 from sssi_exudyn.validation.diagnosis.search.physical_limits import DRAWS, POSSIBLE_SEED, log_share
 from sssi_exudyn.validation.diagnosis.search.probabilities import probabilities
 from sssi_exudyn.validation.diagnosis.search.search_result import SeparateFit
@@ -207,7 +200,7 @@ def fit_to_all(law: Law, runs_alone: Sequence[SeparateFit], start: Array) -> Joi
     for _ in range(thresholds.day_turns):
         values = joint.values
         runs_with_law = fit_beside(law, values, runs_alone)
-        beforehand = sum(log_prior(run.linear.measurements, run.levels) for run, _, _ in runs_with_law)
+        beforehand = sum(log_prior(run.linear.measurements.usual, run.levels) for run, _, _ in runs_with_law)
         joint = by_size(
             law, [run for run, _, _ in runs_with_law], [columns for _, columns, _ in runs_with_law], thresholds
         )

@@ -26,13 +26,14 @@ from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu, slope_to_level
 from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import best_levels
+from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.recording.instruments.gps import enu_from
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Number
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, add_part, name_in_model
-from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import (
     evidence_by_size,
     extended_parameters,

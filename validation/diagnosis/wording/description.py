@@ -12,7 +12,9 @@ import numpy as np
 from sssi_exudyn.analysis.turns import PHASES, find_turns
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.autocorrelated_noise import whiten
-from sssi_exudyn.fitting.evidence import LinearModel, NoiseLevels
+from sssi_exudyn.fitting.evidence import LinearModel
+from sssi_exudyn.fitting.linear_fit import Refit
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.observations import Measurements
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.model.model import Model
@@ -48,7 +50,6 @@ from sssi_exudyn.validation.diagnosis.diagnosis_data import (
 )
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, Hypothesis
-from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.search.averaged_friction import averaged_friction
 from sssi_exudyn.validation.diagnosis.search.chance_findings import CHANCE_SEED, search_by_chance
 from sssi_exudyn.validation.diagnosis.search.detectability import adequacy

@@ -18,7 +18,8 @@ from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise
 from sssi_exudyn.core.number_ref import VELOCITY_F, VELOCITY_L
-from sssi_exudyn.fitting.evidence import NoiseLevels, uncertain, usual_levels, whiten_columns
+from sssi_exudyn.fitting.evidence import uncertain, whiten_columns
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Next
@@ -77,7 +78,7 @@ def _passes(searched: Round, levels: NoiseLevels) -> Sequence[_Pass]:
     thresholds = searched.fitted.thresholds
     good = thresholds.good_receiver
     if levels.gps.sigma > thresholds.worse_receiver * good:
-        better = ExponentialNoise(good, usual_levels(searched.linear.measurements).gps.correlation_time)
+        better = ExponentialNoise(good, searched.linear.measurements.usual.gps.correlation_time)
         words = f"the same slope once more, with a receiver good to {good * 100.0:.0f} cm"
         passes.append(_Pass(words, 1.0, replace(levels, gps=better)))
     return passes

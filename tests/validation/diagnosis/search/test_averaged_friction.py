@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from a_linear_model import LEVELS, linear_model
 from explanations import explained, round_of
 from scipy.stats import norm
-from test_evidence import LEVELS, linear_model
 
 from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, whiten_columns
 from sssi_exudyn.fitting.objective import Prior
-from sssi_exudyn.validation.diagnosis.refit import Parameter
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.validation.diagnosis.search.averaged_friction import averaged_friction
 from sssi_exudyn.validation.diagnosis.search.explanation import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search.probabilities import Mixture

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from a_linear_model import LEVELS, covariance, linear_model
 from explanations import NOWHERE
 from scipy.stats import kstest
-from test_evidence import LEVELS, covariance, linear_model
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import Freedom, LinearModel

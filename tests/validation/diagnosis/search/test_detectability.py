@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_evidence import LEVELS, instruments, linear_model
+from a_linear_model import LEVELS, instruments, linear_model
 
 from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, log_factors, overlaps, uncertain

@@ -6,14 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from a_missing_force import five_seconds
 from explanations import refitted
-from five_seconds import five_seconds
 
-from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_evidence, usual_levels
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_evidence
+from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import responses_of
-from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
 from sssi_exudyn.validation.diagnosis.search.explanation import Refitted, Round
 from sssi_exudyn.validation.diagnosis.search.form_error import form_of
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
@@ -50,7 +51,7 @@ def finding(latest: Round, name: str, begin: int, end: int) -> Refitted:
         sensitivity=candidate.free.columns,
         covariance=np.eye(3),
     )
-    levels = usual_levels(latest.linear.measurements)
+    levels = latest.linear.measurements.usual
     return refitted(name, probability=0.9, candidate=candidate, fit=fit, levels=levels)
 
 
@@ -79,7 +80,7 @@ def test_beside_it_what_a_wrong_form_leaves_is_no_finding_and_another_force_is(l
     responses = latest.responses[LATENT_FORCE.name]
     begin, end = cells // 3, cells // 3 + 3
     form = form_of(latest, finding(latest, "gust", begin, end))
-    levels = usual_levels(latest.linear.measurements)
+    levels = latest.linear.measurements.usual
 
     def gain(residual: np.ndarray, beside: bool) -> float:
         """Log Bayes factor of some other force in the cells where the residual was made."""

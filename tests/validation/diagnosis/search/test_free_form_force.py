@@ -8,18 +8,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from a_missing_force import courses, shaped
 from displaced_fixes import displaced_by
-from forces_in_cells import courses, shaped
 
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_evidence, log_prior, usual_levels
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_evidence
+from sssi_exudyn.fitting.linear_fit import linear_values
+from sssi_exudyn.fitting.noise import log_prior
 from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, FreeFormForce, Probe, responses_of
-from sssi_exudyn.validation.diagnosis.refit import Parameter, linear_values
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import compare_hypotheses, without_law
 from sssi_exudyn.validation.diagnosis.search.explanation import Refitted, Round
 from sssi_exudyn.validation.diagnosis.search.free_form_force import (
@@ -94,7 +96,7 @@ def with_force(linear: LinearModel, force: ForceOfAnyForm) -> LinearModel:
 
 def noise(fitted: FittedRun, seed: int) -> Array:
     """(N,) of instruments as they usually are, without memory."""
-    levels, draws = usual_levels(fitted.measurements), np.random.default_rng(seed)
+    levels, draws = fitted.measurements.usual, np.random.default_rng(seed)
     found = np.zeros(len(fitted.measurements.measured))
     for name, block in fitted.measurements.blocks.items():
         found[block] = levels.of(name).sigma * draws.normal(size=block.stop - block.start)
@@ -115,11 +117,11 @@ def no_parameters(size: int) -> Freedom:
 def test_a_law_that_fits_is_more_probable_than_a_force_of_any_form_and_that_than_a_law_that_does_not(
     fitted: FittedRun, responses: Array, seed: int
 ) -> None:
-    levels, column = usual_levels(fitted.measurements), growing(fitted, responses)
+    levels, column = fitted.measurements.usual, growing(fitted, responses)
     linear = without_posture(fitted, column + noise(fitted, seed), no_parameters(len(column)))
     found = force_of_any_form(linear, levels, fitted, responses)
     of_any, free = found.log_evidence, with_force(linear, found)
-    prior = log_prior(fitted.measurements, levels)
+    prior = log_prior(fitted.measurements.usual, levels)
     right = log_evidence(linear, levels, Freedom(column[:, None], np.ones(1))) + prior
     cells = len(fitted.time_edges) - 1
     across = responses.reshape(len(responses), 3, cells)[:, 1].sum(axis=1)
@@ -133,14 +135,14 @@ def test_a_law_that_fits_is_more_probable_than_a_force_of_any_form_and_that_than
 
 @pytest.mark.parametrize("seed", range(3))
 def test_where_nothing_acts_a_force_is_less_probable_than_none(fitted: FittedRun, responses: Array, seed: int) -> None:
-    levels, residual = usual_levels(fitted.measurements), noise(fitted, seed)
+    levels, residual = fitted.measurements.usual, noise(fitted, seed)
     linear = without_posture(fitted, residual, no_parameters(len(residual)))
     of_any = force_of_any_form(linear, levels, fitted, responses).log_evidence
-    assert of_any < log_evidence(linear, levels) + log_prior(fitted.measurements, levels)
+    assert of_any < log_evidence(linear, levels) + log_prior(fitted.measurements.usual, levels)
 
 
 def test_beside_a_force_along_the_way_friction_is_less_certain(fitted: FittedRun, responses: Array) -> None:
-    levels = usual_levels(fitted.measurements)
+    levels = fitted.measurements.usual
     by_friction = responses_of([Probe(fitted.model, "friction.mu_t")], fitted.prepared, fitted.measurements)
     parameter = Parameter(("friction.mu_t",), Prior(0.06, 0.1))
     residual = growing(fitted, responses) + noise(fitted, 0)

@@ -7,18 +7,21 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from forces_in_cells import courses, shaped
+from a_linear_model import LEVELS, linear_model
+from a_missing_force import courses, shaped
 
 from sssi_exudyn.contact.maths import Math
 from sssi_exudyn.contact.term import FootState, FootTerm, Number
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantity
-from sssi_exudyn.fitting.evidence import Freedom, LinearModel, usual_levels
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_evidence, uncertain, whiten_columns
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, probes_by, responses_of
 from sssi_exudyn.validation.diagnosis.search.missing_force import (
     ForceOnFeet,
     MissingForce,
     carried_by_soles,
+    discoveries,
+    gain_of,
     missing_force,
 )
 
@@ -59,7 +62,7 @@ def test_a_force_on_a_ski_is_one_on_the_body_and_what_the_sole_carries(
 def found_in(fitted: FittedRun, responses: Array, residual: Array) -> tuple[MissingForce, ForceOnFeet]:
     none = np.zeros((len(residual), 0))
     linear = LinearModel(fitted.measurements, residual, Freedom(none, np.zeros(0)), none, none)
-    found = missing_force(linear, usual_levels(fitted.measurements), fitted, responses)
+    found = missing_force(linear, fitted.measurements.usual, fitted, responses)
     assert found.on_feet is not None
     return found, found.on_feet
 
@@ -91,4 +94,26 @@ def test_without_insoles_feet_are_not_distinguished(fitted: FittedRun, responses
     none = np.zeros((len(kept), 0))
     linear = LinearModel(measurements, np.zeros(len(kept)), Freedom(none, np.zeros(0)), none, none)
     without = replace(fitted, measurements=measurements)
-    assert missing_force(linear, usual_levels(measurements), without, kept).on_feet is None
+    assert missing_force(linear, measurements.usual, without, kept).on_feet is None
+
+
+def test_the_factor_of_some_force_is_a_difference_of_evidence() -> None:
+    given = linear_model()
+    rng = np.random.default_rng(6)
+    shapes = rng.normal(size=(len(given.residual), 6))
+    prior = np.kron(np.eye(3), 0.04 * np.array([[1.0, 0.6], [0.6, 1.0]]))
+    known, g = uncertain(given, LEVELS), whiten_columns(given, LEVELS, shapes)
+    gram, pull = g.T @ known.remove_from(g), g.T @ known.remove_from(known.residual)
+    with_force = log_evidence(given, LEVELS, Freedom(shapes @ np.linalg.cholesky(prior), np.ones(6)))
+    gain, factor = gain_of(prior, gram, pull)
+    assert factor == pytest.approx(with_force - log_evidence(given, LEVELS), abs=1e-8)  # rounding
+    np.testing.assert_allclose(gain, np.linalg.inv(np.linalg.inv(prior) + gram), rtol=1e-8, atol=1e-12)
+
+
+def test_discoveries_in_noise_are_rare_and_large_ones_are_made() -> None:
+    rng = np.random.default_rng(3)
+    runs = [discoveries(rng.uniform(size=90)).any() for _ in range(400)]
+    assert np.mean(runs) < 0.05  # the rate asked for
+    p = rng.uniform(size=90)
+    p[17] = 1e-9
+    assert 17 in np.flatnonzero(discoveries(p))

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from a_linear_model import LEVELS, linear_model
 from scipy.stats import norm
-from test_evidence import LEVELS, linear_model
 
 from sssi_exudyn.fitting.evidence import LinearModel
+from sssi_exudyn.fitting.linear_fit import linear_values
 from sssi_exudyn.fitting.objective import Prior
-from sssi_exudyn.validation.diagnosis.refit import Parameter, linear_values
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.validation.diagnosis.search.physical_limits import DRAWS, log_possible
 
 SCALES = (0.1, 0.02, 0.5)

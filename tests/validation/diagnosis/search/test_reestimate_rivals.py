@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from a_linear_model import LEVELS
 from bundled import bundled
 from explanations import explained, ranked
-from test_evidence import LEVELS
 
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.model.from_recording import model_of

@@ -13,8 +13,8 @@ import pymap3d
 import pytest
 from a_day import fits_of_two_runs
 from a_law import NUMBERS, VARIABLES, law_as_found, number
+from a_linear_model import LEVELS, covariance, linear_model
 from bundled import bundled
-from test_evidence import LEVELS, covariance, linear_model
 
 import sssi_exudyn
 from sssi_exudyn.commands import diagnosis as command

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from a_day import fits_of_two_runs
+from a_linear_model import LEVELS, covariance, linear_model
 from scipy.stats import norm
-from test_evidence import LEVELS, covariance, linear_model
 
 from sssi_exudyn.contact.terms.friction_corrections import SpeedDependentFriction
 from sssi_exudyn.fitting.evidence import Freedom, log_evidence

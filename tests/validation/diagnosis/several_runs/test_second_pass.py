@@ -9,9 +9,9 @@ from typing import Any, cast
 import numpy as np
 import pymap3d
 import pytest
+from a_linear_model import LEVELS
 from bundled import bundled
 from explanations import explained, ranked, refitted
-from test_evidence import LEVELS
 
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.contact.terms.wind import Gust
@@ -19,8 +19,10 @@ from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, LinearModel, whiten_columns
 from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
+from sssi_exudyn.fitting.linear_fit import Refit, with_parameters
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.observations import Measurements
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced.prepared import prepare
@@ -29,7 +31,6 @@ from sssi_exudyn.validation.benchmark.second_pass import first_finding, two_pass
 from sssi_exudyn.validation.diagnosis.context import no_nuisances
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, add_part
-from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit, with_parameters
 from sssi_exudyn.validation.diagnosis.search.search_result import Accepted, SearchEnd
 from sssi_exudyn.validation.diagnosis.several_runs import second_pass
 from sssi_exudyn.validation.diagnosis.several_runs.second_pass import SamePlace, Way, ask_other_runs

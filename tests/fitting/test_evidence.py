@@ -6,79 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from a_linear_model import LEVELS, covariance, instruments, linear_model
 
-from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise
 from sssi_exudyn.fitting.evidence import (
     Freedom,
     LinearModel,
-    NoiseLevels,
-    _Evidence,
     best_levels,
+    evidence_and_slopes,
     fewer_columns,
     log_evidence,
     log_factors,
     overlaps,
     uncertain,
-    usual_levels,
-    whiten_columns,
     whitener,
 )
-from sssi_exudyn.fitting.observations import Measurements
-from sssi_exudyn.validation.diagnosis.search.missing_force import discoveries, gain_of
-
-LEVELS = NoiseLevels(
-    ExponentialNoise(0.02, 2.0),
-    ExponentialNoise(0.03, 1.0),
-    ExponentialNoise(20.0, 0.05),
-    ExponentialNoise(40.0, 0.4),
-    0.7,
-    1.6,
-)
-
-
-def instruments(fixes: int = 12, windows: int = 7) -> Measurements:
-    rng = np.random.default_rng(1)
-    stated = rng.uniform(0.2, 1.0, size=fixes)
-    return Measurements(
-        0.1 * np.arange(fixes),
-        rng.normal(size=(fixes, 3)),
-        0.02,
-        0.1 * np.arange(windows),
-        400.0 + rng.normal(size=(windows, 2)),
-        stated,
-        np.where(np.arange(fixes) == 4, 0.1, stated),
-    )
-
-
-def linear_model(seed: int = 2) -> LinearModel:
-    measurements = instruments()
-    size = len(measurements.measured)
-    rng = np.random.default_rng(seed)
-    scale = np.ones(size)
-    scale[measurements.blocks["load"].start :] = 500.0
-    return LinearModel(
-        measurements,
-        0.03 * scale * rng.normal(size=size),
-        Freedom(scale[:, None] * rng.normal(size=(size, 3)), np.array([0.1, 0.02, 0.5])),
-        0.01 * scale[:, None] * rng.normal(size=(size, 4)),
-        0.02 * scale[:, None] * rng.normal(size=(size, 5)),
-    )
-
-
-def covariance(given: LinearModel) -> Array:
-    """By its definition."""
-    size = len(given.residual)
-    found = np.zeros((size, size))
-    for name, place in given.measurements.blocks.items():
-        time, noise, scale = given.measurements.time_of(name), LEVELS.of(name), given.measurements.scale[place]
-        least = scale.lasting.min()
-        more = np.sqrt((scale.lasting / least) ** 2 - 1.0)
-        alone = np.diag(scale.total**2 - scale.lasting**2)
-        alike = np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
-        found[place, place] = noise.sigma**2 * (least**2 * alike * (1.0 + np.outer(more, more)) + alone)
-    posture, surface = LEVELS.posture * given.posture, LEVELS.surface * given.surface
-    return found + posture @ posture.T + surface @ surface.T
 
 
 def test_evidence_is_the_density_with_everything_integrated_out() -> None:
@@ -116,19 +57,6 @@ def test_factors_of_candidates_are_differences_of_evidence(width: int) -> None:
     np.testing.assert_allclose(found, expected, atol=1e-8)  # rounding
 
 
-def test_the_factor_of_some_force_is_a_difference_of_evidence() -> None:
-    given = linear_model()
-    rng = np.random.default_rng(6)
-    shapes = rng.normal(size=(len(given.residual), 6))
-    prior = np.kron(np.eye(3), 0.04 * np.array([[1.0, 0.6], [0.6, 1.0]]))
-    known, g = uncertain(given, LEVELS), whiten_columns(given, LEVELS, shapes)
-    gram, pull = g.T @ known.remove_from(g), g.T @ known.remove_from(known.residual)
-    with_force = log_evidence(given, LEVELS, Freedom(shapes @ np.linalg.cholesky(prior), np.ones(6)))
-    gain, factor = gain_of(prior, gram, pull)
-    assert factor == pytest.approx(with_force - log_evidence(given, LEVELS), abs=1e-8)  # rounding
-    np.testing.assert_allclose(gain, np.linalg.inv(np.linalg.inv(prior) + gram), rtol=1e-8, atol=1e-12)
-
-
 def test_fewer_columns_have_the_covariance_of_all() -> None:
     given = linear_model()
     rng = np.random.default_rng(8)
@@ -146,15 +74,16 @@ def test_fewer_columns_have_the_covariance_of_all() -> None:
 @pytest.mark.parametrize("extra", [None, Freedom(np.ones((50, 1)), np.array([0.2]))], ids=["alone", "with more"])
 def test_slopes_of_the_evidence_are_those_of_differences(extra: Freedom | None) -> None:
     given = linear_model()
-    evidence, at, step = _Evidence(given, extra), LEVELS.vector, 1e-4
-    found = evidence.at(LEVELS)[1]
+    _, slopes = evidence_and_slopes(given, LEVELS, extra)
+    numbers, step = LEVELS.numbers, 1e-4
 
-    def value(logs: Array) -> float:
-        return log_evidence(given, NoiseLevels.from_vector(logs), extra)
+    def value(name: str, change: float) -> float:
+        return log_evidence(given, LEVELS.with_numbers({name: numbers[name] * np.exp(change)}), extra)
 
-    expected = [(value(at + d) - value(at - d)) / (2.0 * step) for d in step * np.eye(len(at))]
+    expected = {name: (value(name, step) - value(name, -step)) / (2.0 * step) for name in numbers}
+    assert slopes.keys() == expected.keys()
     # a step of 1e-4 leaves 1e-8 of slopes that are some tens, and rounding 1e-12 / 1e-4 of an evidence of thousands
-    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-5)
+    np.testing.assert_allclose([slopes[name] for name in expected], list(expected.values()), rtol=1e-6, atol=1e-5)
 
 
 def test_whitener_makes_the_noise_white() -> None:
@@ -176,16 +105,7 @@ def test_noise_levels_are_found() -> None:
     size = len(residual)
     none = np.zeros((size, 0))
     given = LinearModel(measurements, residual, Freedom(none, np.zeros(0)), none, none)
-    found, _ = best_levels(given, usual_levels(measurements))
+    found, _ = best_levels(given, measurements.usual)
     # 40 s of noise that remembers for 2 s are some 20 independent samples an axis: its σ is known to 20 %
     assert found.gps.sigma == pytest.approx(LEVELS.gps.sigma, rel=0.4)
     assert found.load.sigma == pytest.approx(LEVELS.load.sigma, rel=0.15)
-
-
-def test_discoveries_in_noise_are_rare_and_large_ones_are_made() -> None:
-    rng = np.random.default_rng(3)
-    runs = [discoveries(rng.uniform(size=90)).any() for _ in range(400)]
-    assert np.mean(runs) < 0.05  # the rate asked for
-    p = rng.uniform(size=90)
-    p[17] = 1e-9
-    assert 17 in np.flatnonzero(discoveries(p))

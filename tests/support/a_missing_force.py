@@ -1,11 +1,13 @@
-"""Five seconds of a bundled run, fitted."""
+"""Five seconds of a fitted run, and what a force on a ski does to it."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 from bundled import bundled
 
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.observations import measurements_of
 from sssi_exudyn.model.from_recording import model_of
@@ -24,3 +26,17 @@ def five_seconds() -> FittedRun:
     run = simulate_reduced(model, prepared)
     measurements = measurements_of(recording, model, motion.start, motion.stop)
     return FittedRun(model, prepared, run, measurements, measurements.predict(model, run))
+
+
+def courses(fitted: FittedRun, foot: int) -> Array:
+    """(2, c) the direction of a ski in the snow's plane in each cell."""
+    middles = 0.5 * (fitted.time_edges[1:] + fitted.time_edges[:-1])
+    forward = fitted.run.foot_forward[:, foot]
+    found = np.stack([np.interp(middles, fitted.run.time, forward[:, axis]) for axis in range(2)])
+    return np.asarray(found / np.linalg.norm(found, axis=0))
+
+
+def shaped(responses: Array, course: Array) -> Array:
+    """(N, 2, c) responses to a newton along and across ``course`` at the centre of mass."""
+    by_f, by_l, _ = responses.reshape(len(responses), 3, -1).transpose(1, 0, 2)
+    return np.stack([by_f * course[0] + by_l * course[1], by_l * course[0] - by_f * course[1]], axis=1)

@@ -1,4 +1,9 @@
-"""Refit a model, extended or not, to all measurements at once, under the noise as it is.
+"""What a linear model's amplitudes are, and refits of a model about which all is linearised.
+
+``estimate`` gives all that is uncertain of a run under its noise.  Slow noise moves an estimate most, and how slow it
+is a run of seconds hardly shows: covariances are averaged over how long the fixes' noise remembers.
+
+``refit`` fits a model, extended or not, to all measurements at once, under the noise as it is:
 
     J = ½ ‖W (measured − predicted)‖² + ½ Σ ((p − p₀)/s)²
 
@@ -10,32 +15,92 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
-from scipy.linalg import cho_solve
+from scipy.linalg import cho_solve, solve_triangular
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import NumberRef
-from sssi_exudyn.fitting.evidence import LinearModel, NoiseLevels, Whitener, uncertain
-from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.evidence import LinearModel, LinearProblem, Uncertain, Whitener, log_posterior, uncertain
+from sssi_exudyn.fitting.noise import NOISE, NoiseLevels
 from sssi_exudyn.fitting.observations import Measurements
 from sssi_exudyn.fitting.optimise import minimise_squares
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced.prepared import Prepared
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 
-_ENOUGH = 0.02
+_ENOUGH: Final = 0.02
 """Change of J, in units of χ²/2, that ends the search."""
-_MOST = 30
+_MOST: Final = 30
 """Runs of a search at most."""
+_MEMORIES: Final = tuple(2.0 ** (0.5 * k) for k in range(-6, 7))
+"""Correlation times of the fixes' noise that are weighed against each other, in units of the declared one."""
+_NEGLIGIBLE: Final = 1e-3
+"""Probability, of the most probable one's, below which a correlation time is left out."""
+_BY_MODEL: Final = ("speed", "load", "difference")
+"""Instruments whose noise is larger than usual where the model lacks something; a receiver's fixes often are noisier
+than stated.
+"""
 
 
-@dataclass(frozen=True)
-class Parameter:
-    """A number that is fitted: its names in the model (several move together), and what is known of it beforehand."""
+def estimate_amounts(linear: LinearProblem, levels: NoiseLevels) -> tuple[Array, Array]:
+    """Return mean (k,) and covariance (k, k) of all that is uncertain, in standard deviations of what is known of it
+    beforehand.
+    """
+    known = uncertain(linear, levels)
+    return known.share(known.residual), np.asarray(cho_solve(known.factor, np.eye(known.columns.shape[1])))
 
-    names: tuple[NumberRef, ...]
-    prior: Prior
+
+def other_memories(linear: LinearProblem, levels: NoiseLevels) -> list[tuple[float, NoiseLevels]]:
+    """Return levels by how long the receiver's fixes remember their error, the slowest noise, with their probabilities;
+    σ²/T is kept, which a run shows best.
+    """
+    tried = [levels.remembering("gps", share * NOISE.gps.memory) for share in _MEMORIES]
+    logs = np.array([log_posterior(linear, other) for other in tried])
+    weights = np.exp(logs - np.max(logs))
+    weights[weights < _NEGLIGIBLE] = 0.0
+    weights /= np.sum(weights)
+    return [(float(weight), other) for weight, other in zip(weights, tried, strict=True) if weight > 0.0]
+
+
+def averaged_covariance(linear: LinearProblem, levels: NoiseLevels) -> Array:
+    """Return the covariance (k, k) of all that is uncertain, in standard deviations, about its estimate under
+    ``levels``, averaged over ``other_memories``.
+    """
+    mean, _ = estimate_amounts(linear, levels)
+    total = np.zeros((len(mean), len(mean)))
+    for weight, other in other_memories(linear, levels):
+        moved, covariance = estimate_amounts(linear, other)
+        total += weight * (covariance + np.outer(moved - mean, moved - mean))
+    return total
+
+
+def draw_amounts(linear: LinearProblem, levels: NoiseLevels, count: int, rng: np.random.Generator) -> Array:
+    """Draw amounts (count, k) of all that is uncertain, in standard deviations, less their estimate by ``levels``."""
+    mean, _ = estimate_amounts(linear, levels)
+    tried = other_memories(linear, levels)
+    chosen = rng.choice(len(tried), size=count, p=[weight for weight, _ in tried])
+    drawn = np.empty((count, len(mean)))
+    for i, (_, other) in enumerate(tried):
+        rows = np.flatnonzero(chosen == i)
+        known: Uncertain = uncertain(linear, other)
+        normal = rng.standard_normal((len(mean), len(rows)))
+        off = solve_triangular(known.factor[0], normal, trans="T", lower=True).T
+        drawn[rows] = known.share(known.residual) - mean + off
+    return drawn
+
+
+def widening(usual: NoiseLevels, levels: NoiseLevels) -> float:
+    """Return by how much standard errors grow where noise is larger than its instruments' ``usual`` one: what is left
+    over is then no noise alone but what the model lacks, and that does not average out as noise does.
+
+    Source: Birge, Phys. Rev. 40 (1932) 207; the scale factor of the Particle Data Group, Phys. Rev. D 110 (2024)
+    030001, section 5.2.
+    """
+    known, shown = usual.numbers, levels.numbers
+    return max([1.0, *(shown[f"{name}.sigma"] / known[f"{name}.sigma"] for name in _BY_MODEL)])
 
 
 @dataclass(frozen=True)
