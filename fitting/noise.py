@@ -21,8 +21,8 @@ from sssi_exudyn.core.quantity import quantities, quantity
 from sssi_exudyn.recording.instruments.gps import VERTICAL
 
 _OUTLASTED: Final = 5.0
-"""By which the square of a moment's noise counts: a model is wrong alike for a second, masses are elsewhere, skis press
-elsewhere, for most of a turn, which is five times the moment's memory.  Believed one by one moments would outweigh the
+"""Memories of the moment's noise for which the model itself is wrong alike, a second in all: masses are elsewhere and
+skis press elsewhere for most of a turn.  So many moments count as one.  Believed one by one they would outweigh the
 track, and move mu_t by 0.004."""
 
 

@@ -235,7 +235,9 @@ class Tape:
 
     def substituted(self, outputs: Sequence[Operand], values: Mapping[Node, float]) -> list[Operand]:
         """The outputs where some nodes have a constant's value, as operations that leave out what then vanishes."""
-        simplified = {"+": self.add, "-": self.subtract, "*": self.multiply, "/": self.divide, "where": self.where}
+        simplified: dict[str, Callable[..., Operand]] = {
+            "+": self.add, "-": self.subtract, "*": self.multiply, "/": self.divide, "where": self.where
+        }  # fmt: skip
         known: dict[int, Operand] = {}
         for node in needed(self, outputs):
             operands = [known[x.index] if isinstance(x, Node) else x for x in node.operands]

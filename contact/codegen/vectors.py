@@ -17,6 +17,12 @@ def three(a, i):
 
 
 @njit(cache=True, error_model="numpy")
+def three_of(a, i, j):
+    """Three numbers of a row of a table, from column j on."""
+    return a[i, j], a[i, j + 1], a[i, j + 2]
+
+
+@njit(cache=True, error_model="numpy")
 def four(a, b, i):
     return a[i] + b[i], a[i + 1] + b[i + 1], a[i + 2] + b[i + 2], a[i + 3] + b[i + 3]
 

@@ -189,7 +189,7 @@ def test_a_template_that_was_moved_is_compiled_again(tmp_path: Path) -> None:
 
 def test_templates_that_mean_different_things_by_a_name_are_refused(tmp_path: Path) -> None:
     # in one module the second would replace the first, and nothing would tell
-    template, other = _template(tmp_path), ModuleType("other_template")
+    template, other = kernel_template(tmp_path), ModuleType("other_template")
     other.__file__ = template.__file__
     vars(other)["load"] = 25
     with pytest.raises(ValueError, match="load_template and other_template both define load"):

@@ -100,7 +100,7 @@ def edge_arms(frame, p, r, offset):
     return arm, out_of(frame, plus(p, arm))
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def edge_in_snow(parameters, under, shaped, foot, posed, offset):
     """An edge's point: its arm from the section in the foot's frame, its depth, and where it is in the snow the rate
     at which it sinks and the snow's normal.

@@ -212,7 +212,8 @@ class ArrayKernel:
         f, l = feet.place[:, 0], feet.place[:, 1]  # noqa: E741
         _, normal = self._ground(under, f, l)
         along, across, edge = ski_axes(_MATH, normal, np.moveaxis(feet.rotation, 0, -1))
-        v_t, v_n = (dot(feet.velocity.T, axis) for axis in (along, across))
+        speed = (feet.velocity[:, 0], feet.velocity[:, 1], feet.velocity[:, 2])
+        v_t, v_n = dot(speed, along), dot(speed, across)
         load, groove = seen[:, kernel.LOAD], seen[:, kernel.GROOVE]
         f_t, f_n = self._laws.foot(load, v_t, v_n, edge, groove, np.full(2, t), f, l, _SIDES)
         seen[:, kernel.ALONG : kernel.V_N + 1] = np.stack([f_t, f_n, edge, v_t, v_n], axis=1)

@@ -53,7 +53,7 @@ class CarvedLinearisation:
         inputs = tangent_inputs(done.at, ordered, listed, by_parameter, modes)
         counts = len(listed.index), len(done.system.parameters.values)
         lines = EdgeLines.room(points, modes, *counts)
-        room = CarvedRoom.room(points, modes, *counts, many)
+        room = CarvedRoom.room(lines, many)
         work, system = done.work(), done.system
         z, zv = np.zeros((2, 7 + 2 * modes, many))
         z[:3], zv[:3] = place_at_start(done.at, ordered)

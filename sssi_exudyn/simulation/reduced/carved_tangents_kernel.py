@@ -133,15 +133,16 @@ class CarvedRoom(NamedTuple):
     by_body: Array
 
     @classmethod
-    def room(cls, points: int, modes: int, columns: int, parameters: int, many: int) -> CarvedRoom:
-        """Room for the tangents by so many numbers."""
+    def room(cls, lines: Any, many: int) -> CarvedRoom:
+        """Room for the tangents by so many numbers, for skis that have ``EdgeLines``."""
+        modes, points, parameters = len(lines.reach), len(lines.towards) // 4, lines.parameter.shape[1]
         width, own = 5 + modes + many, 2 + modes
         return cls(
-            np.zeros((2, BENT + 2 * own, width)), np.zeros((2, ON_MODES + 2 * modes + columns, width)),
-            np.zeros((2, 6, width)), np.zeros((2, 6 + modes, width)), np.zeros((2, 3, width)),
-            np.zeros((2, 3 + own, width)), np.zeros((2, SEEN, width)), np.zeros((2, 4 * points, many)),
-            np.zeros((2, 6 * points, many)), np.zeros((6, many)), np.zeros((3, 2)), np.zeros((3, parameters)),
-            np.zeros((3, 5)), np.zeros((3, parameters)), np.zeros((3, parameters)),
+            np.zeros((2, BENT + 2 * own, width)), np.zeros((2, lines.force.shape[2], width)), np.zeros((2, 6, width)),
+            np.zeros((2, 6 + modes, width)), np.zeros((2, 3, width)), np.zeros((2, 3 + own, width)),
+            np.zeros((2, SEEN, width)), np.zeros((2, 4 * points, many)), np.zeros((2, 6 * points, many)),
+            np.zeros((6, many)), np.zeros((3, 2)), np.zeros((3, parameters)), np.zeros((3, 5)),
+            np.zeros((3, parameters)), np.zeros((3, parameters)),
         )  # fmt: skip
 
 

@@ -304,7 +304,7 @@ def _rest_tangents(
     many, modes, count = len(load), len(contact.omega), len(inputs.columns.index)
     fixed = MODES + 2 * modes
     still, none = (0.0, 0.0, 0.0), np.zeros(modes)
-    work = kernel.ski_work(modes, len(parameters.values))
+    work = kernel.ski_work(2 * len(contact.length), modes, len(parameters.values))
     size = fixed + count + PATCH
     skis = np.zeros((2, MODAL + modes + FURTHER, size))
     z = np.zeros((2, size, many))

@@ -144,10 +144,9 @@ def _loads(
     size = 3 + 2 * count
     buffers = np.zeros(size), np.zeros((size, size)), np.zeros((4 + count, 3 + count))
     still, rest = (0.0, 0.0, 0.0), TimeStep(0.0, 0.0, 0.0)
-    loads = np.empty(2)
+    loads, posed = np.empty(2), np.empty((2 * len(contact.length), 9))
     for side in range(2):
         foot = (tuple(pelvis + at.foot_place[0, side]), still, at.foot_rotation[0, side], still)
-        loads[side], *_ = kernel.snow(
-            parameters, contact, foot, eta[side], np.zeros(count), 3 + side * count, rest, *buffers
-        )
+        kernel.pose_points(parameters, contact, foot, eta[side], np.zeros(count), posed)
+        loads[side], *_ = kernel.snow(parameters, contact, foot, posed, 3 + side * count, rest, *buffers)
     return loads

@@ -16,12 +16,11 @@ from collections.abc import Callable
 import numpy as np
 
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
-from sssi_exudyn.contact.codegen.vectors import dot, into, out_of, plus, three
+from sssi_exudyn.contact.codegen.vectors import dot, into, out_of, plus, three, three_of
 from sssi_exudyn.runtime.jit import inlined, njit
 from sssi_exudyn.simulation.ski_on_snow.structs import InitialState, NewtonWork, ReducedSeries, ReducedState, TimeStep
-from sssi_exudyn.terrain.surface import patch_under
+from sssi_exudyn.terrain.surface import on_patch, patch_under
 
-bent_vector: Callable[..., tuple[float, float, float]]
 body_force: Callable[..., tuple[float, float, float]]
 foot_derivatives: Callable[..., tuple[float, ...]]
 foot_forces: Callable[..., tuple[tuple[float, float, float], float]]
@@ -36,11 +35,13 @@ segment_derivatives: Callable[..., tuple[float, ...]]
 sinking_rate: Callable[..., float]
 ski_axes: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float], float]]
 snow_normal: Callable[..., tuple[float, float, float]]
-snow_over: Callable[..., tuple[float, float, float]]
+terrain_height: Callable[..., tuple[float, float, float]]
 time_step: Callable[..., TimeStep]
 uneven: Callable[..., bool]
 with_values: Callable[..., LawParameters]
 
+GAP = 6
+"""First of the last three columns of the table of points."""
 ITERATIONS = 12
 """Newton iterations at most."""
 RESTING = 1e-9
@@ -59,15 +60,48 @@ def foot_at(motion, n, ski, x, v):
 
 
 @njit(cache=True, error_model="numpy")
-def snow(parameters, contact, foot, eta, rate, base, step, residual, matrix, scratch):
+def pose_points(parameters, contact, foot, eta, rate, posed):
+    """Fill ``posed`` (2m, 9) with the edge points of a bent ski: arm from the foot, velocity by bending (3 each), the
+    gap of snow over the point along the slope's normal, and the snow's two slopes there.
+
+    contact : ``ModalContact``;  foot : as of ``foot_at``;  eta, rate : (k,) of the modes
+    """
+    # one pass of its own: a call for every point would count the references to its arrays, which takes longer
+    at, _, frame, _ = foot
+    shape, points = contact.shape, contact.points
+    under, shaped = patch_under(contact.surface, at[0], at[1]), uneven(parameters)
+    for i in range(posed.shape[0]):
+        m, edge = i // 2, i % 2
+        a, b, c = points[m, edge, 0], points[m, edge, 1], points[m, edge, 2]
+        d, e, f = 0.0, 0.0, 0.0
+        for k in range(shape.shape[3]):
+            a += shape[m, edge, 0, k] * eta[k]
+            b += shape[m, edge, 1, k] * eta[k]
+            c += shape[m, edge, 2, k] * eta[k]
+            d += shape[m, edge, 0, k] * rate[k]
+            e += shape[m, edge, 1, k] * rate[k]
+            f += shape[m, edge, 2, k] * rate[k]
+        arm, bending = out_of(frame, (a, b, c)), out_of(frame, (d, e, f))
+        place = plus(at, arm)
+        h, h_f, h_l = on_patch(under, place[0], place[1])
+        if shaped:
+            more, more_f, more_l = terrain_height(parameters, place[0], place[1])
+            h, h_f, h_l = h + more, h_f + more_f, h_l + more_l
+        for j in range(3):
+            posed[i, j], posed[i, 3 + j] = arm[j], bending[j]
+        posed[i, GAP], posed[i, GAP + 1], posed[i, GAP + 2] = h - place[2], h_f, h_l
+
+
+@njit(cache=True, error_model="numpy")
+def snow(parameters, contact, foot, posed, base, step, residual, matrix, scratch):
     """Add one ski's contact to residual (3 + 2k,) and matrix; the load, the area pressed into the snow, the snow's
     force square to it, and its moment about the foot's place.
 
-    contact : ``ModalContact``;  foot : as of ``foot_at``;  eta, rate : (k,) of the modes, which stand from ``base`` on
+    contact : ``ModalContact``, whose modes stand from ``base`` on;  posed : as of ``pose_points``
     step : ``TimeStep``, how place and rate follow from what is sought;  scratch : (4 + k, 3 + k), overwritten
     """
-    at, velocity, frame, spin = foot
-    shape, points, length = contact.shape, contact.points, contact.length
+    _, velocity, frame, spin = foot
+    shape, length = contact.shape, contact.length
     modes = shape.shape[3]
     size = 3 + modes
     load = 0.0
@@ -75,38 +109,33 @@ def snow(parameters, contact, foot, eta, rate, base, step, residual, matrix, scr
     force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     scratch[:] = 0.0
     slope = scratch[size]
-    under, shaped = patch_under(contact.surface, at[0], at[1]), uneven(parameters)
-    for m in range(points.shape[0]):
-        for edge in range(2):
-            arm = bent_vector(frame, three(points[m, edge], 0), shape, eta, m, edge)
-            gap, h_f, h_l = snow_over(parameters, under, shaped, plus(at, arm))
-            normal = snow_normal(h_f, h_l)
-            depth = penetration(gap, normal)
-            if depth <= 0.0:
-                continue
-            bending = bent_vector(frame, (0.0, 0.0, 0.0), shape, rate, m, edge)
-            sinking = sinking_rate(point_velocity(velocity, spin, arm, bending), normal)
-            push, by_depth, by_sinking = point_derivatives(parameters, depth, sinking, length[m])
-            load += push
-            groove += depth * length[m]
-            pushed, turning = point_wrench(push, normal, arm)
-            force, moment = plus(force, pushed), plus(moment, turning)
-            inside = into(frame, normal)
-            for d in range(3):
-                slope[d] = normal[d]
-                residual[d] -= push * normal[d]
-            for k in range(modes):
-                slope[3 + k] = (
-                    shape[m, edge, 0, k] * inside[0]
-                    + shape[m, edge, 1, k] * inside[1]
-                    + shape[m, edge, 2, k] * inside[2]
-                )
-                residual[base + k] -= push * slope[3 + k]
-            stiffness = step.by_place * by_depth + step.by_rate * by_sinking
-            for row in range(size):
-                factor = stiffness * slope[row]
-                for column in range(row, size):
-                    scratch[row, column] += factor * slope[column]
+    for i in range(posed.shape[0]):
+        if posed[i, GAP] <= 0.0:
+            continue
+        m, edge = i // 2, i % 2
+        arm, bending, over = three_of(posed, i, 0), three_of(posed, i, 3), three_of(posed, i, GAP)
+        normal = snow_normal(over[1], over[2])
+        depth = penetration(over[0], normal)
+        sinking = sinking_rate(point_velocity(velocity, spin, arm, bending), normal)
+        push, by_depth, by_sinking = point_derivatives(parameters, depth, sinking, length[m])
+        load += push
+        groove += depth * length[m]
+        pushed, turning = point_wrench(push, normal, arm)
+        force, moment = plus(force, pushed), plus(moment, turning)
+        inside = into(frame, normal)
+        for d in range(3):
+            slope[d] = normal[d]
+            residual[d] -= push * normal[d]
+        for k in range(modes):
+            slope[3 + k] = (
+                shape[m, edge, 0, k] * inside[0] + shape[m, edge, 1, k] * inside[1] + shape[m, edge, 2, k] * inside[2]
+            )
+            residual[base + k] -= push * slope[3 + k]
+        stiffness = step.by_place * by_depth + step.by_rate * by_sinking
+        for row in range(size):
+            factor = stiffness * slope[row]
+            for column in range(row, size):
+                scratch[row, column] += factor * slope[column]
     spread(matrix, scratch, base)
     return load, groove, force, moment
 
@@ -159,18 +188,18 @@ def settle(parameters, contact, x, foot_place, foot_rotation, load, eta):
     size = 3 + 2 * modes
     matrix, residual, scratch = np.zeros((size, size)), np.zeros(size), np.zeros((4 + modes, 3 + modes))
     still = (0.0, 0.0, 0.0)
-    rest, place = np.zeros(modes), TimeStep(0.0, 1.0, 0.0)
+    rest, place, posed = np.zeros(modes), TimeStep(0.0, 1.0, 0.0), np.zeros((2 * contact.length.shape[0], 9))
     height = x[2]
     for _ in range(200):
         matrix[:] = 0.0
         residual[:] = 0.0
         carried = 0.0
         for ski in range(2):
-            at = plus((x[0], x[1], height), three(foot_place[ski], 0))
+            foot = (plus((x[0], x[1], height), three(foot_place[ski], 0)), still, foot_rotation[ski], still)
+            pose_points(parameters, contact, foot, eta[ski], rest, posed)
             found, _area, _force, _moment = snow(
-                parameters, contact, (at, still, foot_rotation[ski], still), eta[ski], rest, 3 + ski * modes, place,
-                residual, matrix, scratch,
-            )  # fmt: skip
+                parameters, contact, foot, posed, 3 + ski * modes, place, residual, matrix, scratch
+            )
             carried += found
             for k in range(modes):
                 residual[3 + ski * modes + k] += omega[k] ** 2 * eta[ski, k]
@@ -220,9 +249,10 @@ def advance(parameters, contact, motion, n, state, work, series):
         for ski in range(2):
             foot = foot_at(motion, n, ski, x, v)
             swing_modes(contact, motion, n, ski, step, work)
+            pose_points(parameters, contact, foot, work.eta[ski], work.rate[ski], work.posed)
             load, groove, force, moment = snow(
-                parameters, contact, foot, work.eta[ski], work.rate[ski], 3 + ski * contact.omega.shape[0], step,
-                residual, work.matrix, work.scratch,
+                parameters, contact, foot, work.posed, 3 + ski * contact.omega.shape[0], step, residual, work.matrix,
+                work.scratch,
             )  # fmt: skip
             series.loads[n, ski] = load
             for c in range(3):
@@ -345,8 +375,8 @@ def keep(x, v, state, work, n, series):
 
 
 @njit(cache=True, error_model="numpy")
-def first_state(start):
-    """The state before the first instant, and the arrays that steps are found in."""
+def first_state(start, points):
+    """The state before the first instant, and the arrays that steps are found in for skis of so many points."""
     modes = start.eta.shape[1]
     size = 3 + 2 * modes
     state = ReducedState(
@@ -354,7 +384,7 @@ def first_state(start):
     )
     work = NewtonWork(
         np.zeros(size), np.zeros((2, modes)), np.zeros((2, modes)), np.zeros((size, size)), np.zeros(size),
-        np.zeros((4 + modes, 3 + modes)),
+        np.zeros((4 + modes, 3 + modes)), np.zeros((points, 9)),
     )  # fmt: skip
     return state, work
 
@@ -369,7 +399,9 @@ def run_batch(parameters, contact, motion, start, series, done):
     """
     for i in range(parameters.values.shape[0]):
         own = with_values(parameters, parameters.values[i])
-        state, work = first_state(InitialState(start.place[i], start.velocity[i], start.eta[i]))
+        state, work = first_state(
+            InitialState(start.place[i], start.velocity[i], start.eta[i]), 2 * contact.length.shape[0]
+        )
         one = ReducedSeries(
             series.place[i], series.velocity[i], series.loads[i], series.sole[i], series.friction[i], series.edges[i],
             series.force[i], series.moment[i],

@@ -19,13 +19,12 @@ from typing import Any
 import numpy as np
 
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
-from sssi_exudyn.contact.codegen.vectors import cross, dot, out_of, plus, three, times
+from sssi_exudyn.contact.codegen.vectors import cross, dot, out_of, plus, three, three_of, times
 from sssi_exudyn.runtime.jit import inlined, njit
 from sssi_exudyn.simulation.ski_on_snow.structs import NewtonWork, ReducedState, SkiWork, TangentState, TimeStep
 from sssi_exudyn.terrain.surface import PATCH, on_change, patch_changes, patch_under
 
 advance: Callable[..., bool]
-bent_vector: Callable[..., tuple[float, float, float]]
 collect_patch: Callable[..., None]
 first_state: Callable[..., tuple[ReducedState, NewtonWork]]
 foot_at: Callable[..., Any]
@@ -41,6 +40,7 @@ mode_force_derivatives: Callable[..., Any]
 next_place: Callable[..., float]
 next_rate: Callable[..., float]
 penetration: Callable[..., float]
+pose_points: Callable[..., None]
 point_arm_derivatives: Callable[..., Any]
 point_force: Callable[..., float]
 point_in_snow_linearisation: Callable[..., None]
@@ -51,18 +51,21 @@ point_wrench_derivatives: Callable[..., Any]
 sinking_rate: Callable[..., float]
 snow_normal: Callable[..., tuple[float, float, float]]
 snow_normal_derivatives: Callable[..., Any]
-snow_over: Callable[..., tuple[float, float, float]]
 terrain_linearisation: Callable[..., None]
 time_step: Callable[..., TimeStep]
 uneven: Callable[..., bool]
 with_values: Callable[..., LawParameters]
+GAP: int
 
 PLACE, VELOCITY, TURN, SPIN, MODES = 0, 3, 6, 9, 12
 """First columns of a ski's linearisation: its foot's motion (3 each), then amplitudes and rates of the modes (k each),
 then the parameters (c), then the six numbers of the snow surface's patch under the ski."""
+ARM, NORMAL, CURVATURE, SLOPES, STATE, FORCE = 0, 3, 6, 9, 11, 14
+"""First columns of ``SkiWork.touching``: a point's arm, the snow's normal, curvature (h_ff, h_fl, h_ll) and slopes;
+depth, rate and length of edge; and the force."""
 REACH, BENDING, RAISED = 12, 15, 18
 """Further columns of ``point_in_snow``'s derivatives, whose first twelve are those of the foot's motion."""
-DEPTH, RATE, PUSH, STEP = range(4)
+DEPTH, PUSH, STEP = range(3)
 """Rows of ``SkiWork.slopes``; the last is the first of two."""
 MODAL = 3
 """First row of the forces on the modes; the rows before are the snow's normal force on the pelvis."""
@@ -78,15 +81,15 @@ ONES = np.eye(PATCH)
 
 
 @njit(cache=True, error_model="numpy")
-def ski_work(modes, parameters):
+def ski_work(points, modes, parameters):
     """Arrays for ``linearise_ski``."""
     size = MODES + 2 * modes
-    slopes = np.zeros((5, size))
+    slopes = np.zeros((4, size))
     slopes[STEP, PLACE], slopes[STEP + 1, PLACE + 1] = 1.0, 1.0
     return SkiWork(
-        np.zeros((2, 21)), slopes, np.zeros((modes, 3)), np.zeros((3, 8 + modes)), np.zeros((3, 7)), np.zeros((3, 2)),
-        np.zeros((3, parameters)), np.zeros((3, 8)), np.zeros((2, 7)), np.zeros((4, 8)), np.zeros((5, 14)),
-        np.zeros((2, 6)),
+        np.zeros((points, 9)), np.zeros((points, 15)), np.zeros((points, 2, 21)), np.zeros((points, modes, 3)), slopes,
+        np.zeros((3, 8 + modes)), np.zeros((3, 7)), np.zeros((3, 2)), np.zeros((3, parameters)), np.zeros((3, 8)),
+        np.zeros((2, 7)), np.zeros((4, 8)), np.zeros((5, 14)), np.zeros((2, 6)),
     )  # fmt: skip
 
 
@@ -94,65 +97,87 @@ def ski_work(modes, parameters):
 def linearise_ski(parameters, contact, columns, t, foot, eta, rate, side, work, matrix):
     """Fill ``matrix`` (3 + k + 10, 12 + 2k + columns + 6) with the derivatives of a ski's forces.
 
-    foot, eta, rate : as in ``snow``;  side : 1 on the left, −1 on the right
+    foot, eta, rate : as in ``pose_points``;  side : 1 on the left, −1 on the right
     columns : ``ParameterColumns``;  work : ``SkiWork``
     """
-    at, velocity, frame, spin = foot
-    shape, points, length, reach = contact.shape, contact.points, contact.length, work.reach
-    under, shaped = patch_under(contact.surface, at[0], at[1]), uneven(parameters)
-    curved = contact.surface.coefficients.shape[0] > 0
-    load = 0.0
-    groove = 0.0
+    at = foot[0]
+    under = patch_under(contact.surface, at[0], at[1])
+    patched = contact.surface.coefficients.shape[0] > 0
+    curved = patched or uneven(parameters)
     matrix[:] = 0.0
-    for m in range(points.shape[0]):
-        for edge in range(2):
-            arm = bent_vector(frame, three(points[m, edge], 0), shape, eta, m, edge)
-            over = snow_over(parameters, under, shaped, plus(at, arm))
-            normal = snow_normal(over[1], over[2])
-            depth = penetration(over[0], normal)
-            if depth <= 0.0:
-                continue
-            bending = bent_vector(frame, (0.0, 0.0, 0.0), shape, rate, m, edge)
-            sinking = sinking_rate(point_velocity(velocity, spin, arm, bending), normal)
-            state = depth, sinking, length[m]
-            push = point_force(parameters, depth, sinking, length[m])
-            load += push
-            groove += depth * length[m]
-            for k in range(reach.shape[0]):
-                w = out_of(frame, (shape[m, edge, 0, k], shape[m, edge, 1, k], shape[m, edge, 2, k]))
-                reach[k, 0], reach[k, 1], reach[k, 2] = w
-            linearise_ground(parameters, under, at[0] + arm[0], at[1] + arm[1], work.by_ground, work.by_parameter)
-            curvature = work.by_ground[1, 0], work.by_ground[1, 1], work.by_ground[2, 1]
-            point_in_snow_linearisation(over, curvature, velocity, spin, arm, bending, work.point)
-            point_linearisation(parameters, depth, sinking, length[m], work.by_state, work.by_parameter)
-            stiffness = work.by_state[0, 0], work.by_state[0, 1]
-            add_motion(matrix, work, arm, normal, push, stiffness, length[m])
-            if curvature[0] != 0.0 or curvature[1] != 0.0 or curvature[2] != 0.0:
-                add_tilt(matrix, work, arm, push, over, curvature)
-            add_laws(matrix, work, parameters, columns, state)
-            if curved or columns.terrain.shape[0] > 0:
-                fill_ground_pulls(work, arm, normal, push, stiffness, over, length[m])
-                add_terrain(matrix, work, parameters, columns, at[0] + arm[0], at[1] + arm[1])
-            if curved:
-                add_patch(matrix, work, arm)
-    linearise_foot(parameters, columns, t, foot, (load, groove, side), under, work, matrix)
+    pose_points(parameters, contact, foot, eta, rate, work.posed)
+    count, load, groove = touch(parameters, contact, foot, under, curved, work)
+    # each of them goes over all points: a call for every point would count the references to its arrays
+    add_motion(matrix, work, count)
     if curved:
+        add_tilt(matrix, work, count)
+    if columns.point.shape[0] > 0:
+        add_laws(matrix, work, parameters, columns, count)
+    if patched or columns.terrain.shape[0] > 0:
+        add_ground(matrix, work, parameters, columns, at, patched, count)
+    linearise_foot(parameters, columns, t, foot, (load, groove, side), under, work, matrix)
+    if patched:
         move_patch(matrix, work, contact.surface, at)
 
 
-@njit(cache=True, error_model="numpy")
-def fill_pull(pull, push, normal, arm, reach):
-    """Fill a row ``pull`` (6 + k or longer) with what a point's force does to the pelvis, the modes and the moment
-    about the foot.
+@inlined
+def touch(parameters, contact, foot, under, curved, work):
+    """Fill ``work`` with the points in the snow; their number, load (N) and groove (m²).
 
-    arm : from the foot;  reach : (k, 3) the modes' displacements there
+    curved : whether the snow's slopes change from place to place
+    """
+    at, velocity, frame, spin = foot
+    shape, length = contact.shape, contact.length
+    posed, touching, point, reach = work.posed, work.touching, work.point, work.reach
+    ground, by_state, by_parameter = work.by_ground, work.by_state, work.by_parameter
+    count = 0
+    load, groove = 0.0, 0.0
+    for i in range(posed.shape[0]):
+        if posed[i, GAP] <= 0.0:
+            continue
+        m, edge = i // 2, i % 2
+        arm, bending, over = three_of(posed, i, 0), three_of(posed, i, 3), three_of(posed, i, GAP)
+        normal = snow_normal(over[1], over[2])
+        depth = penetration(over[0], normal)
+        sinking = sinking_rate(point_velocity(velocity, spin, arm, bending), normal)
+        push = point_force(parameters, depth, sinking, length[m])
+        load += push
+        groove += depth * length[m]
+        curvature = (0.0, 0.0, 0.0)
+        if curved:
+            linearise_ground(parameters, under, at[0] + arm[0], at[1] + arm[1], ground, by_parameter)
+            curvature = (ground[1, 0], ground[1, 1], ground[2, 1])
+        point_linearisation(parameters, depth, sinking, length[m], by_state, by_parameter)
+        point_in_snow_linearisation(over, curvature, velocity, spin, arm, bending, point[count])
+        for j in range(point.shape[2]):
+            by_depth, by_rate = by_state[0, 0] * point[count, DEPTH, j], by_state[0, 1] * point[count, PUSH, j]
+            point[count, PUSH, j] = by_depth + by_rate
+        for j in range(3):
+            touching[count, ARM + j], touching[count, NORMAL + j] = arm[j], normal[j]
+            touching[count, CURVATURE + j] = curvature[j]
+        touching[count, SLOPES], touching[count, SLOPES + 1] = over[1], over[2]
+        touching[count, STATE], touching[count, STATE + 1], touching[count, STATE + 2] = depth, sinking, length[m]
+        touching[count, FORCE] = push
+        for k in range(reach.shape[1]):
+            w = out_of(frame, (shape[m, edge, 0, k], shape[m, edge, 1, k], shape[m, edge, 2, k]))
+            reach[count, k, 0], reach[count, k, 1], reach[count, k, 2] = w
+        count += 1
+    return count, load, groove
+
+
+@njit(cache=True, error_model="numpy")
+def fill_pull(pull, push, normal, arm, reach, i):
+    """Fill a row ``pull`` (6 + k or longer) with what the force on the i-th point does to the pelvis, the modes and the
+    moment about the foot.
+
+    arm : from the foot;  reach : (…, k, 3) the modes' displacements there
     """
     force, moment = point_wrench(push, normal, arm)
-    modes = reach.shape[0]
+    modes = reach.shape[1]
     for j in range(3):
         pull[j], pull[MODAL + modes + MOMENT + j] = force[j], moment[j]
     for k in range(modes):
-        pull[MODAL + k] = reach[k, 0] * force[0] + reach[k, 1] * force[1] + reach[k, 2] * force[2]
+        pull[MODAL + k] = reach[i, k, 0] * force[0] + reach[i, k, 1] * force[1] + reach[i, k, 2] * force[2]
 
 
 @njit(cache=True, error_model="numpy")
@@ -165,91 +190,127 @@ def add_products(matrix, pull, slopes, rows, last):
 
 
 @inlined
-def add_motion(matrix, work, arm, normal, push, stiffness, length):
-    """Add what the ski's motion changes of a point's force, where the snow's normal stays.
-
-    stiffness : the force's derivatives by depth and rate
-    """
-    point, slopes, reach, pull = work.point, work.slopes, work.reach, work.pulls[0]
-    modes, fixed = reach.shape[0], slopes.shape[1]
+def add_motion(matrix, work, count):
+    """Add what the ski's motion changes of the points' forces, where the snow's normal stays."""
+    touching, point, reach, pull = work.touching, work.point, work.reach, work.pulls[0]
+    slopes, push_slopes = work.slopes, work.slopes[PUSH]
+    modes, fixed = reach.shape[1], slopes.shape[1]
     further = MODAL + modes
+    pull[further + LOAD] = 1.0
+    for i in range(count):
+        fill_slopes(slopes, point, reach, i)
+        length = touching[i, STATE + 2]
+        for column in range(fixed):
+            matrix[further + GROOVE, column] += length * slopes[DEPTH, column]
+        arm, normal, push = three_of(touching, i, ARM), three_of(touching, i, NORMAL), touching[i, FORCE]
+        fill_pull(pull, 1.0, normal, arm, reach, i)
+        add_products(matrix, pull, push_slopes, further + LOAD + 1, fixed)
+        # the force as it is, on an arm and on modes that turn and bend
+        (force, _), (by_turn, by_reach) = point_wrench_derivatives(push, normal, arm)
+        for row in range(3):
+            for j in range(3):
+                matrix[further + MOMENT + row, TURN + j] += by_turn[1][row][j]
+        for k in range(modes):
+            w = (reach[i, k, 0], reach[i, k, 1], reach[i, k, 2])
+            _, by_mode = mode_force_derivatives(force, w)
+            for j in range(3):
+                matrix[further + MOMENT + j, MODES + k] += dot(by_reach[1][j], w)
+                matrix[MODAL + k, TURN + j] += by_mode[0][j]
+
+
+@njit(cache=True, error_model="numpy")
+def fill_slopes(slopes, point, reach, i):
+    """Fill the first two rows of ``slopes``: depth and force of the i-th point by the ski's columns."""
+    modes = reach.shape[1]
     for row in range(2):
         for column in range(MODES):
-            slopes[row, column] = point[row, column]
+            slopes[row, column] = point[i, row, column]
         for k in range(modes):
-            w = reach[k, 0], reach[k, 1], reach[k, 2]
-            slopes[row, MODES + k] = dot(w, (point[row, REACH], point[row, REACH + 1], point[row, REACH + 2]))
-            slopes[row, MODES + modes + k] = dot(
-                w, (point[row, BENDING], point[row, BENDING + 1], point[row, BENDING + 2])
+            a, b, c = reach[i, k, 0], reach[i, k, 1], reach[i, k, 2]
+            slopes[row, MODES + k] = (
+                a * point[i, row, REACH] + b * point[i, row, REACH + 1] + c * point[i, row, REACH + 2]
             )
-    for column in range(fixed):
-        slopes[PUSH, column] = stiffness[0] * slopes[DEPTH, column] + stiffness[1] * slopes[RATE, column]
-        matrix[further + GROOVE, column] += length * slopes[DEPTH, column]
-    fill_pull(pull, 1.0, normal, arm, reach)
-    pull[further + LOAD] = 1.0
-    add_products(matrix, pull, slopes[PUSH], further + LOAD + 1, fixed)
-    # the force as it is, on an arm and on modes that turn and bend
-    (force, _), (by_turn, by_reach) = point_wrench_derivatives(push, normal, arm)
-    for row in range(3):
-        for j in range(3):
-            matrix[further + MOMENT + row, TURN + j] += by_turn[1][row][j]
-        for k in range(modes):
-            matrix[further + MOMENT + row, MODES + k] += dot(by_reach[1][row], (reach[k, 0], reach[k, 1], reach[k, 2]))
-    for k in range(modes):
-        _, by_mode = mode_force_derivatives(force, (reach[k, 0], reach[k, 1], reach[k, 2]))
-        for j in range(3):
-            matrix[MODAL + k, TURN + j] += by_mode[0][j]
+            slopes[row, MODES + modes + k] = (
+                a * point[i, row, BENDING] + b * point[i, row, BENDING + 1] + c * point[i, row, BENDING + 2]
+            )
 
 
 @inlined
-def add_tilt(matrix, work, arm, push, over, curvature):
-    """Add what the tilt of the snow's normal changes where the ski moves a point along curved snow.
-
-    over : as of ``snow_over``;  curvature : h_ff, h_fl, h_ll (1/m)
-    """
-    slopes, reach, pulls = work.slopes, work.reach, work.pulls
-    modes = reach.shape[0]
-    _, (by_turn, _) = point_arm_derivatives(arm)
-    _, (by_f, by_l) = snow_normal_derivatives(over[1], over[2])
-    for i in range(2):
-        for j in range(3):
-            slopes[STEP + i, TURN + j] = by_turn[i][j]
-        for k in range(modes):
-            slopes[STEP + i, MODES + k] = reach[k, i]
-        tilt = plus(times(curvature[i], by_f), times(curvature[i + 1], by_l))
-        fill_pull(pulls[1 + i], push, tilt, arm, reach)
-        add_products(matrix, pulls[1 + i], slopes[STEP + i], MODAL + modes + MOMENT + 3, MODES + modes)
-
-
-@inlined
-def add_laws(matrix, work, parameters, columns, state):
-    """Add what the parameters of the laws at points change of the force in ``state``: depth, rate and length."""
-    fixed, rows = work.slopes.shape[1], MODAL + work.reach.shape[0] + LOAD + 1
-    row_of_values = -1
-    for i in range(columns.point.shape[0]):
-        column = columns.point[i]
-        if columns.row[column] != row_of_values:
-            row_of_values = columns.row[column]
-            others = with_values(parameters, columns.values[row_of_values])
-            point_linearisation(others, state[0], state[1], state[2], work.by_state, work.by_parameter)
-        found = work.by_parameter[0, columns.index[column]]
-        for row in range(rows):
-            matrix[row, fixed + column] += work.pulls[0, row] * found
+def add_tilt(matrix, work, count):
+    """Add what the tilt of the snow's normal changes where the ski moves points along curved snow."""
+    touching, slopes, reach, pulls = work.touching, work.slopes, work.reach, work.pulls
+    modes = reach.shape[1]
+    for i in range(count):
+        arm, curvature = three_of(touching, i, ARM), three_of(touching, i, CURVATURE)
+        _, (by_turn, _) = point_arm_derivatives(arm)
+        _, (by_f, by_l) = snow_normal_derivatives(touching[i, SLOPES], touching[i, SLOPES + 1])
+        for e in range(2):
+            for j in range(3):
+                slopes[STEP + e, TURN + j] = by_turn[e][j]
+            for k in range(modes):
+                slopes[STEP + e, MODES + k] = reach[i, k, e]
+            tilt = plus(times(curvature[e], by_f), times(curvature[e + 1], by_l))
+            fill_pull(pulls[1 + e], touching[i, FORCE], tilt, arm, reach, i)
+            add_products(matrix, pulls[1 + e], slopes[STEP + e], MODAL + modes + MOMENT + 3, MODES + modes)
 
 
 @inlined
-def fill_ground_pulls(work, arm, normal, push, stiffness, over, length):
-    """Fill ``work.pulls`` with what a point's force, load and groove gain where the snow is a metre higher, and where
+def add_laws(matrix, work, parameters, columns, count):
+    """Add what the parameters of the laws at points change of the forces."""
+    touching, reach, pull, found = work.touching, work.reach, work.pulls[0], work.by_parameter
+    fixed, rows = work.slopes.shape[1], MODAL + reach.shape[1] + LOAD + 1
+    pull[rows - 1] = 1.0
+    for i in range(count):
+        fill_pull(pull, 1.0, three_of(touching, i, NORMAL), three_of(touching, i, ARM), reach, i)
+        depth, sinking, length = three_of(touching, i, STATE)
+        point_linearisation(parameters, depth, sinking, length, work.by_state, found)
+        row_of_values = -1
+        for column in columns.point:
+            if columns.row[column] != row_of_values:
+                row_of_values = columns.row[column]
+                others = with_values(parameters, columns.values[row_of_values])
+                point_linearisation(others, depth, sinking, length, work.by_state, found)
+            slope = found[0, columns.index[column]]
+            for row in range(rows):
+                matrix[row, fixed + column] += pull[row] * slope
+
+
+@inlined
+def add_ground(matrix, work, parameters, columns, at, patched, count):
+    """Add what the parameters of the terrain and the numbers of the patch under the ski change of the forces."""
+    touching, pulls, found = work.touching, work.pulls, work.by_parameter
+    fixed, patch = work.slopes.shape[1], matrix.shape[1] - PATCH
+    for i in range(count):
+        fill_ground_pulls(pulls, touching, work.point, work.reach, i)
+        x, y = touching[i, ARM], touching[i, ARM + 1]
+        if columns.terrain.shape[0] > 0:
+            terrain_linearisation(parameters, at[0] + x, at[1] + y, work.by_state, found)
+        row_of_values = -1
+        for column in columns.terrain:
+            if columns.row[column] != row_of_values:
+                row_of_values = columns.row[column]
+                others = with_values(parameters, columns.values[row_of_values])
+                terrain_linearisation(others, at[0] + x, at[1] + y, work.by_state, found)
+            p = columns.index[column]
+            add_ground_change(matrix, fixed + column, (found[0, p], found[1, p], found[2, p]), pulls)
+        if patched:
+            for number in range(PATCH):
+                add_ground_change(matrix, patch + number, on_change(ONES[number], x, y), pulls)
+
+
+@njit(cache=True, error_model="numpy")
+def fill_ground_pulls(pulls, touching, point, reach, i):
+    """Fill ``pulls`` with what the i-th point's force, load and groove gain where the snow is a metre higher, and where
     its slopes along f and l are one more.
     """
-    point, pulls = work.point, work.pulls
-    further = MODAL + work.reach.shape[0]
-    _, (by_f, by_l) = snow_normal_derivatives(over[1], over[2])
-    for i in range(3):
-        found = stiffness[0] * point[DEPTH, RAISED + i] + stiffness[1] * point[RATE, RAISED + i]
-        tilt = plus(times(push * (i == 1), by_f), times(push * (i == 2), by_l))
-        fill_pull(pulls[i], 1.0, plus(times(found, normal), tilt), arm, work.reach)
-        pulls[i, further + LOAD], pulls[i, further + GROOVE] = found, length * point[DEPTH, RAISED + i]
+    further = MODAL + reach.shape[1]
+    normal, push, length = three_of(touching, i, NORMAL), touching[i, FORCE], touching[i, STATE + 2]
+    _, (by_f, by_l) = snow_normal_derivatives(touching[i, SLOPES], touching[i, SLOPES + 1])
+    for e in range(3):
+        gain = point[i, PUSH, RAISED + e]
+        tilt = plus(times(push * (e == 1), by_f), times(push * (e == 2), by_l))
+        fill_pull(pulls[e], 1.0, plus(times(gain, normal), tilt), three_of(touching, i, ARM), reach, i)
+        pulls[e, further + LOAD], pulls[e, further + GROOVE] = gain, length * point[i, DEPTH, RAISED + e]
 
 
 @njit(cache=True, error_model="numpy")
@@ -257,28 +318,6 @@ def add_ground_change(matrix, column, change, pulls):
     """Add to a ski's linearisation what a point feels of snow whose height and slopes ``change`` under it."""
     for row in range(pulls.shape[1]):
         matrix[row, column] += pulls[0, row] * change[0] + pulls[1, row] * change[1] + pulls[2, row] * change[2]
-
-
-@inlined
-def add_terrain(matrix, work, parameters, columns, f, l):
-    """Add what the parameters of the terrain change under a point at f and l."""
-    found = work.by_parameter
-    row_of_values = -1
-    for i in range(columns.terrain.shape[0]):
-        column = columns.terrain[i]
-        if columns.row[column] != row_of_values:
-            row_of_values = columns.row[column]
-            others = with_values(parameters, columns.values[row_of_values])
-            terrain_linearisation(others, f, l, work.by_state, found)
-        p = columns.index[column]
-        add_ground_change(matrix, work.slopes.shape[1] + column, (found[0, p], found[1, p], found[2, p]), work.pulls)
-
-
-@inlined
-def add_patch(matrix, work, arm):
-    """Add what the six numbers of the patch under a ski change at a point."""
-    for i in range(PATCH):
-        add_ground_change(matrix, matrix.shape[1] - PATCH + i, on_change(ONES[i], arm[0], arm[1]), work.pulls)
 
 
 @inlined
@@ -299,7 +338,7 @@ def linearise_foot(parameters, columns, t, foot, carried, under, work, matrix):
     foot_on_sole_linearisation(load, f_t, f_n, h_f, h_l, frame, work.foot_forces)
     chain_foot(work)
     add_foot_motion(matrix, work)
-    first, fixed = MODAL + work.reach.shape[0] + FRICTION, work.slopes.shape[1]
+    first, fixed = MODAL + work.reach.shape[1] + FRICTION, work.slopes.shape[1]
     row_of_values = -1
     for i in range(columns.foot.shape[0]):
         column = columns.foot[i]
@@ -353,7 +392,7 @@ def chain_foot(work):
 @inlined
 def add_foot_motion(matrix, work):
     """Fill the foot's rows by ``work.foot`` in the columns of load and groove, motion, place and patch."""
-    further = MODAL + work.reach.shape[0]
+    further = MODAL + work.reach.shape[1]
     load, groove, ground = matrix[further + LOAD], matrix[further + GROOVE], work.by_ground
     patch = matrix.shape[1] - PATCH
     for row in range(5):
@@ -478,8 +517,9 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
     inputs : ``TangentInputs``;  series : ``TangentSeries`` of zeros, which is filled
     """
     modes = contact.omega.shape[0]
-    state, newton = first_state(start)
-    work, tangent = ski_work(modes, parameters.values.shape[0]), first_tangents(modes, inputs)
+    points = 2 * contact.length.shape[0]
+    state, newton = first_state(start, points)
+    work, tangent = ski_work(points, modes, parameters.values.shape[0]), first_tangents(modes, inputs)
     begun = inputs.mass.shape[0]
     for n in range(motion.time.shape[0]):
         if not advance(parameters, contact, motion, n, state, newton, run_series):

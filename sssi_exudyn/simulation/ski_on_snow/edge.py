@@ -19,7 +19,6 @@ from sssi_exudyn.contact.codegen.vectors import cross, dot, out_of, plus, three,
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import inlined, njit
 
-bent_vector: Callable[..., tuple[float, float, float]]
 edge_force: Callable[..., tuple[float, float, float, float]]
 edge_derivatives: Callable[..., tuple[float, ...]]
 edge_linearisation: Callable[..., None]
@@ -202,9 +201,7 @@ def press_edges(parameters, ski, memory, pose, step, work):
         memory.next_groove[low, i], memory.next_offset[low, i] = edge_memory(parameters, *section)
         see_station(work.seen, i, pressed, section, edge_capacity(parameters, *section), memory, low)
         axes = axes_on_plane(tangent)
-        flat_edge_linearisation(
-            heights[0], heights[1], tangent, velocity, ski.width[i], side, work.state
-        )  # fmt: skip
+        flat_edge_linearisation(heights[0], heights[1], tangent, velocity, ski.width[i], side, work.state)
         steer(work.pull, work.state, pressed, axes)
         pull = pull_of(pressed[0], pressed[1], pressed[2], pressed[3], axes)
         steer_station(ski, pose, i, low, (arm, other, tangent), pull, work)
@@ -497,6 +494,20 @@ def add_swung(force, arm, other, reach, at_low, at_other):
         turning = plus(cross(three(reach[k], 0), at_low), cross(three(reach[k], 3), at_other))
         for c in range(3):
             force[3 + c, ON_MODES + k] += turning[c]
+
+
+@njit(cache=True, error_model="numpy")
+def bent_vector(frame, unloaded, shape, eta, i, edge):
+    """A vector of an edge point in the bent ski, or with the modes' rates its rate, turned out of the foot's frame.
+
+    unloaded : (3) of the ski as it was made
+    """
+    a, b, c = unloaded
+    for k in range(eta.shape[0]):
+        a += shape[i, edge, 0, k] * eta[k]
+        b += shape[i, edge, 1, k] * eta[k]
+        c += shape[i, edge, 2, k] * eta[k]
+    return out_of(frame, (a, b, c))
 
 
 @njit(cache=True, error_model="numpy")

@@ -68,7 +68,7 @@ def flat_edge(
 ) -> tuple[Number, ...]:
     """Return ``edge_state`` on the plane z = 0, where the deeper and the other edge are at these heights (m)."""
     unit = times(1.0 / math.sqrt(dot(tangent, tangent)), tangent)
-    return edge_state(math, (0.0, 0.0, low), (0.0, 0.0, high), unit, velocity, UP, UP, width, side)
+    return edge_state(math, (0.0, 0.0, low), (0.0, 0.0, high), unit, velocity, UP, UP, width, side)  # type: ignore[no-any-return]
 
 
 @formula(by=("height", "velocity", "turn", "spin", "arm", "other", "tangent", "bending"))

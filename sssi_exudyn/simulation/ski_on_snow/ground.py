@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
-from sssi_exudyn.contact.codegen.vectors import out_of
-from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.runtime.jit import inlined, njit
 from sssi_exudyn.terrain.surface import PATCH, grid_patch, on_patch, patch_under
 
 terrain_height: Callable[..., tuple[float, float, float]]
@@ -24,7 +23,7 @@ def heights(parameters, under, f, l):
     return h + more, h_f + more_f, h_l + more_l
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def snow_over(parameters, under, shaped, point):
     """The gap (m) of snow over a point near a patch along the slope's normal, and the snow's two slopes there.
 
@@ -82,20 +81,6 @@ def foot_axes(parameters, surface, place, rotation):
     """``ski_axes`` of a foot on the snow at its place."""
     under = patch_under(surface, place[0], place[1])
     return ski_axes(ground(parameters, under, place[0], place[1])[1], rotation)
-
-
-@njit(cache=True, error_model="numpy")
-def bent_vector(frame, unloaded, shape, eta, i, edge):
-    """A vector of an edge point in the bent ski, or with the modes' rates its rate, turned out of the foot's frame.
-
-    unloaded : (3) of the ski as it was made
-    """
-    a, b, c = unloaded
-    for k in range(eta.shape[0]):
-        a += shape[i, edge, 0, k] * eta[k]
-        b += shape[i, edge, 1, k] * eta[k]
-        c += shape[i, edge, 2, k] * eta[k]
-    return out_of(frame, (a, b, c))
 
 
 @njit(cache=True, error_model="numpy")

@@ -230,7 +230,7 @@ class TimeStep(NamedTuple):
 
 class NewtonWork(NamedTuple):
     """Arrays in which Newton's method works: trial accelerations (3 + 2k,), amplitudes and rates (2, k) of the modes
-    that they lead to, matrix, residual, and the contact's own scratch (4 + k, 3 + k).
+    that they lead to, matrix, residual, the contact's own scratch (4 + k, 3 + k), and its points (2m, 9).
     """
 
     trial: Array
@@ -239,6 +239,7 @@ class NewtonWork(NamedTuple):
     matrix: Array
     residual: Array
     scratch: Array
+    posed: Array
 
 
 class ParameterColumns(NamedTuple):
@@ -328,9 +329,12 @@ class TangentState(NamedTuple):
 class SkiWork(NamedTuple):
     """Arrays in which a ski is linearised.
 
-    point : (2, 21) depth and rate of one point, by what ``point_in_snow`` is differentiated by
-    slopes : (5, 12 + 2k) these and the point's force by the ski's columns, and how far these move it along f and l
-    reach : (k, 3) the modes' displacements there
+    posed : (2m, 9) the points, as of ``pose_points``
+    touching : (2m, 15) of each that is in the snow what ``tangents_kernel`` names its columns by
+    point : (2m, 2, 21) depth and force of each of these, by what ``point_in_snow`` is differentiated by
+    reach : (2m, k, 3) the modes' displacements there
+    slopes : (4, 12 + 2k) of one of them depth and force by the ski's columns, and how far these move it along f
+        and l
     pulls : (3, 8 + k) what forces there do to the pelvis, the modes, the moment about the foot, load and groove
     by_state : (3, 7) of any law by its state;  by_ground : (3, 2) of height and slopes of the snow by the place
     by_parameter : (3, p) of all laws by the parameters, each in columns of its own
@@ -339,9 +343,11 @@ class SkiWork(NamedTuple):
     patches : (2, 6) by which the patch under the ski changes as it moves along f and along l
     """
 
+    posed: Array
+    touching: Array
     point: Array
-    slopes: Array
     reach: Array
+    slopes: Array
     pulls: Array
     by_state: Array
     by_ground: Array
