@@ -35,11 +35,10 @@ from sssi_exudyn.validation.benchmark.concealed_terms import WorldEdgeAtSpeed, W
 from sssi_exudyn.validation.benchmark.world import draw_instruments, other_day
 from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.diagnose import separate_fit
-from sssi_exudyn.validation.diagnosis.search.probabilities import STANDS_OUT
-from sssi_exudyn.validation.diagnosis.search.search_result import SURE
 from sssi_exudyn.validation.diagnosis.several_runs.friction_regression import FoundLaw, find_law
 from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import compare_for_day
 from sssi_exudyn.validation.diagnosis.state import first_fit
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "intermediate"
 _TERMS: tuple[Term, ...] = (
@@ -122,7 +121,7 @@ def day(case: tuple[str, int]) -> Answer:
 
 
 def summary(answers: Sequence[Answer]) -> str:
-    """Count days by law: how often it is most probable, and the names with more than ``SURE``, right and wrong.
+    """Count days by law: how often it is most probable, and the names with more than 0.8, right and wrong.
 
     It also counts how often a law that is in no list is offered.
     """
@@ -134,13 +133,15 @@ def summary(answers: Sequence[Answer]) -> str:
         best = [answer.together[0] for answer in some]
         right = [name == answer.law for answer, (name, _) in zip(some, best, strict=True)]
         # less the share of the probability that the law in no list takes
-        certain = [p * (1.0 - answer.found.probability) > SURE for answer, (_, p) in zip(some, best, strict=True)]
+        certain = [
+            p * (1.0 - answer.found.probability) > THRESHOLDS.sure for answer, (_, p) in zip(some, best, strict=True)
+        ]
         counts = (
             len(some),
             sum(right),
             sum(a and b for a, b in zip(right, certain, strict=True)),
             sum(b and not a for a, b in zip(right, certain, strict=True)),
-            sum(dict(answer.together)["nothing"] <= STANDS_OUT for answer in some),
+            sum(dict(answer.together)["nothing"] <= THRESHOLDS.stands_out for answer in some),
             sum(answer.found.offered for answer in some),
         )
         lines.append(f"| {title} | " + " | ".join(str(count) for count in counts) + " |")

@@ -22,8 +22,8 @@ from sssi_exudyn.validation.benchmark.cases import Recorded
 from sssi_exudyn.validation.benchmark.second_pass import first_finding, two_passes
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.search.search_result import SURE
 from sssi_exudyn.validation.diagnosis.several_runs.second_pass import ask_other_runs, best_of
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
 EXAMPLES: Final = Path(__file__).parents[1] / "examples"
 HIDDEN: Final = ("snow_patch", "gust")
@@ -61,7 +61,7 @@ class Row:
         name, probability = best_of(odds)
         if name == NOTHING_MISSING:
             return "nothing"
-        return ("sure" if probability >= SURE else "unsure") + (", right" if name == hidden else ", wrong")
+        return ("sure" if probability >= THRESHOLDS.sure else "unsure") + (", right" if name == hidden else ", wrong")
 
 
 def _keeps_to(name: str) -> str:
@@ -90,7 +90,7 @@ def case(hidden: str, size: float, base: Recorded, seed: int) -> Row:
     first = first_finding(passes.first)
     if not first.accepted:
         return Row(hidden, size, seed, {NOTHING_MISSING: 1.0}, {}, {})
-    alone = {item.name or NOTHING_MISSING: item.probability for item in first.accepted[0].searched.explanations}
+    alone = {item.name: item.probability for item in first.accepted[0].searched.explanations}
     findings = ask_other_runs({"first": first, "second": first_finding(passes.second)})
     of_first = [finding for finding in findings if finding.run == "first"]
     if not of_first:

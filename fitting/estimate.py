@@ -12,6 +12,7 @@ import numpy as np
 from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import VELOCITY_F, VELOCITY_L, NumberRef
 from sssi_exudyn.fitting.first_fit import Fitted, Progress, fit, with_surface
 from sssi_exudyn.fitting.linearised_run import Setting
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
@@ -134,7 +135,7 @@ def _other_starts(problem: Problem, recording: Recording) -> list[Problem]:
     """The problem begun at other velocities, where coarse fixes leave these open and loads are measured: the loads know
     the run's turns so well that from a velocity that is metres a second off no small step leads to the right one.
     """
-    names = ("start.velocity_f", "start.velocity_l")
+    names = (VELOCITY_F, VELOCITY_L)
     if recording.insoles is None or problem.priors[names[0]].sigma < _UNSURE:
         return []
     found = []
@@ -153,7 +154,7 @@ def estimate_from(
     recording: Recording,
     motion: Motion,
     *,
-    more: Mapping[tuple[str, ...], Prior] | None = None,
+    more: Mapping[tuple[NumberRef, ...], Prior] | None = None,
     known: Posterior | None = None,
     full: bool = True,
     comparing: bool = False,
@@ -187,7 +188,7 @@ def setting_of(
     problem: Problem,
     recording: Recording,
     motion: Motion,
-    more: Mapping[tuple[str, ...], Prior] | None = None,
+    more: Mapping[tuple[NumberRef, ...], Prior] | None = None,
     *,
     balanced: bool = True,
     heights: bool = False,

@@ -23,6 +23,17 @@ from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, fit_noise
+from sssi_exudyn.core.number_ref import (
+    FRICTION,
+    HEADING_OFFSET,
+    MU_N,
+    MU_T,
+    START_F,
+    START_L,
+    VELOCITY_F,
+    VELOCITY_L,
+    NumberRef,
+)
 from sssi_exudyn.fitting.noise import NOISE
 from sssi_exudyn.fitting.objective import Prior, Problem, correlations, counts_of, uncertainty, weight_of
 from sssi_exudyn.fitting.observations import correct_fixes, track_of
@@ -38,11 +49,10 @@ from sssi_exudyn.simulation.full.run import antenna_path
 from sssi_exudyn.simulation.reduced.prepared import STEP, Prepared, prepare
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 
-FRICTION: Final = ("friction.mu_t", "friction.mu_n")
-NUISANCES: Final = ("start.velocity_f", "start.velocity_l", "start.f", "start.l", "start.heading_offset")
-START_VALUES: Final = {"friction.mu_t": 0.1, "friction.mu_n": 0.5}
+NUISANCES: Final = (VELOCITY_F, VELOCITY_L, START_F, START_L, HEADING_OFFSET)
+START_VALUES: Final = {MU_T: 0.1, MU_N: 0.5}
 """Where the search starts (paper 2.4)."""
-CUTTING: Final = ("carving.mu",)
+CUTTING: Final = (NumberRef("carving.mu"),)
 """Friction where edges cut; what else the track says of such snow is estimated with all that is uncertain."""
 _FIRST_NOISE: Final = ExponentialNoise(0.05, NOISE.gps.memory)
 """Of the residual, before there is one: what posture errors of 0.3° and a receiver of 2 cm leave."""
@@ -80,7 +90,7 @@ class Fitted:
 
     method: Method
     model: Model
-    names: tuple[str, ...]
+    names: tuple[NumberRef, ...]
     values: Array
     covariance: Array
     time: Array
@@ -130,15 +140,15 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
     if method == "paper":
         return Problem(model, track, FRICTION, {}, 1.0, np.ones(len(track.time)))
     sigma = float(np.median(track.sigma))
-    priors = {
-        "start.velocity_f": Prior(start.velocity_f, error),
-        "start.velocity_l": Prior(start.velocity_l, error),
-        "start.f": Prior(start.f, 3.0 * sigma),
-        "start.l": Prior(start.l, 3.0 * sigma),
-        "start.heading_offset": Prior(known.heading_offset, recording.heading.sigma),
+    priors: dict[NumberRef, Prior] = {
+        VELOCITY_F: Prior(start.velocity_f, error),
+        VELOCITY_L: Prior(start.velocity_l, error),
+        START_F: Prior(start.f, 3.0 * sigma),
+        START_L: Prior(start.l, 3.0 * sigma),
+        HEADING_OFFSET: Prior(known.heading_offset, recording.heading.sigma),
     }
     if recording.completed is not None and not recording.completed.steered:
-        priors["friction.mu_n"] = _UNSTEERED
+        priors[MU_N] = _UNSTEERED
     modes = surface_priors(model)
     priors |= modes
     noise = replace(_FIRST_NOISE, sigma=float(np.clip(sigma, _FIRST_NOISE.sigma, _COARSE_NOISE)))
@@ -147,11 +157,11 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
 
 def with_surface(problem: Problem, model: Model) -> Problem:
     """The problem with what is known of the numbers of another snow surface, that of ``model``."""
-    others = {name: prior for name, prior in problem.priors.items() if not name.startswith("surface.")}
+    others = {name: prior for name, prior in problem.priors.items() if name.part != "surface"}
     return replace(problem, priors=others | surface_priors(model))
 
 
-def surface_priors(model: Model) -> dict[str, Prior]:
+def surface_priors(model: Model) -> dict[NumberRef, Prior]:
     """What is known of the numbers of a model's snow surface: each is one of standard deviations."""
     return dict.fromkeys(() if model.surface is None else model.surface.names, Prior(0.0, 1.0))
 
@@ -345,7 +355,7 @@ def _tolerance(problem: Problem) -> float:
 
 
 def _description(problem: Problem, residual: Array, values: Array) -> str:
-    found: Mapping[str, float] = dict(zip(problem.names, values, strict=True))
+    found: Mapping[NumberRef, float] = dict(zip(problem.names, values, strict=True))
     error = float(np.mean(np.linalg.norm(residual, axis=1)))
     friction = ", ".join(
         f"{name.partition('.')[2]} {value:.4f}" for name, value in found.items() if name in FRICTION + CUTTING

@@ -21,6 +21,7 @@ import numpy as np
 from scipy.linalg import cho_solve, solve_triangular
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import LinearModel, LinearProblem, Uncertain, Whitener, log_posterior, uncertain
 from sssi_exudyn.fitting.noise import NOISE, NoiseLevels
 from sssi_exudyn.fitting.observations import Measurements
@@ -161,27 +162,25 @@ def refit_of(arrays: Mapping[str, np.ndarray], model: Model, parameters: tuple[P
 
 def with_parameters(model: Model, parameters: tuple[Parameter, ...], values: Array) -> Model:
     """The model with those values."""
-    found: Mapping[str, float] = {
-        name: float(value) for p, value in zip(parameters, values, strict=True) for name in p.names
-    }
-    return model.with_values(found)
+    by_name = {name: float(value) for p, value in zip(parameters, values, strict=True) for name in p.names}
+    return model.with_values(by_name)
 
 
 def linear_values(
     linear: LinearModel, levels: NoiseLevels, parameters: Sequence[Parameter], first: int
-) -> dict[str, tuple[float, float]]:
+) -> dict[NumberRef, tuple[float, float]]:
     """Values of ``parameters`` and their standard deviations by a linear model, all else integrated out; ``first`` is
     where they begin among what is free.
     """
     known = uncertain(linear, levels)
     amounts = known.share(known.residual)
     sigmas = np.sqrt(np.diag(cho_solve(known.factor, np.eye(len(amounts)))))
-    found: dict[str, tuple[float, float]] = {}
+    by_name: dict[NumberRef, tuple[float, float]] = {}
     for i, parameter in enumerate(parameters, first):
         scale = float(linear.free.scales[i])
         value = parameter.prior.mean + scale * float(amounts[i]), scale * float(sigmas[i])
-        found |= dict.fromkeys(parameter.names, value)
-    return found
+        by_name |= dict.fromkeys(parameter.names, value)
+    return by_name
 
 
 def refit(
@@ -216,15 +215,15 @@ def refit(
         seen[at.tobytes()] = predicted, sensitivity, curvature
         return 0.5 * float(residual @ residual + pull @ pull), -slopes.T @ residual + pull / sigmas, curvature
 
-    found = minimise_squares(evaluate, values, bounds, objective_tolerance=_ENOUGH, most=_MOST)
-    predicted, sensitivity, curvature = seen[found.values.tobytes()]
+    minimum = minimise_squares(evaluate, values, bounds, objective_tolerance=_ENOUGH, most=_MOST)
+    predicted, sensitivity, curvature = seen[minimum.values.tobytes()]
     return Refit(
-        place(with_parameters(model, parameters, found.values))[0],
+        place(with_parameters(model, parameters, minimum.values))[0],
         parameters,
-        found.values,
+        minimum.values,
         predicted,
         sensitivity,
-        found.objective,
+        minimum.objective,
         np.asarray(np.linalg.inv(curvature)),
     )
 

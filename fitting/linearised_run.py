@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.balance import Balance, balance_of, own_moment
 from sssi_exudyn.fitting.observations import Observation, averages
 from sssi_exudyn.fitting.parameters import MASS, SURFACE, Parameter, group_of
@@ -45,7 +46,7 @@ class Setting:
     mass: tuple[float, float]
 
     @property
-    def names(self) -> tuple[str, ...]:
+    def names(self) -> tuple[NumberRef, ...]:
         """(k,) of θ, the first where several move together."""
         return tuple(unknown.name for unknown in self.unknowns)
 

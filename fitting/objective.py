@@ -19,6 +19,7 @@ from scipy.ndimage import median_filter
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, tail_weight
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.observations import Track, predict_fixes
 from sssi_exudyn.model.model import Model
 
@@ -54,8 +55,8 @@ class Problem:
 
     model: Model
     track: Track
-    names: tuple[str, ...]
-    priors: Mapping[str, Prior]
+    names: tuple[NumberRef, ...]
+    priors: Mapping[NumberRef, Prior]
     weight: float
     counts: Array
 

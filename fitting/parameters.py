@@ -9,6 +9,18 @@ from typing import Final
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.number_ref import (
+    CLOCK_OFFSET,
+    HEADING_OFFSET,
+    MU_N,
+    MU_T,
+    START_F,
+    START_L,
+    STIFFNESS,
+    VELOCITY_F,
+    VELOCITY_L,
+    NumberRef,
+)
 from sssi_exudyn.core.text import did_you_mean
 from sssi_exudyn.fitting.objective import Prior, Problem
 from sssi_exudyn.fitting.posture_errors import LEANS, TURNS, PostureError, errors_of
@@ -18,19 +30,19 @@ from sssi_exudyn.recording.few_sensors.complete import FootSigma
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.recording.uncertainty import Uncertainty
 
-FREE: Final = {"friction.mu_t": Prior(0.1, 0.1), "friction.mu_n": Prior(0.6, 0.4)}
+FREE: Final = {MU_T: Prior(0.1, 0.1), MU_N: Prior(0.6, 0.4)}
 """Friction beforehand: published values of gliding and of skidding, widely."""
 CUTTING: Final = {
-    "carving.mu": Prior(0.1, 0.1),
-    "carving.hardness": Prior(1e8, 4e7),
-    "carving.strength": Prior(4e5, 1e5),
+    NumberRef("carving.mu"): Prior(0.1, 0.1),
+    NumberRef("carving.hardness"): Prior(1e8, 4e7),
+    NumberRef("carving.strength"): Prior(4e5, 1e5),
 }
 """The same where edges cut: friction widely, hardness and strength about a firm piste's (``docs/carving.md``)."""
 _START: Final = {
-    "start.f": (3.0, 1.0),
-    "start.l": (3.0, 1.0),
-    "start.velocity_f": (2.0, 4.0),
-    "start.velocity_l": (2.0, 4.0),
+    START_F: (3.0, 1.0),
+    START_L: (3.0, 1.0),
+    VELOCITY_F: (2.0, 4.0),
+    VELOCITY_L: (2.0, 4.0),
 }
 """m and m/s, at least, and errors of the first guess: where and how fast a run starts, so widely that the fixes alone
 decide.  These are measurements; counted beforehand too, as a fit to the track alone takes them, they hold the start
@@ -66,19 +78,19 @@ _POSTURE: Final = {
 class Parameter:
     """A number that is fitted: its names in the model (several move together), and what is known of it beforehand."""
 
-    names: tuple[str, ...]
+    names: tuple[NumberRef, ...]
     prior: Prior
 
     @property
-    def name(self) -> str:
+    def name(self) -> NumberRef:
         """The first of its names."""
         return self.names[0]
 
     @property
     def group(self) -> str:
         """Where its uncertainty is counted."""
-        special = {"start.heading_offset": "heading", "start.clock_offset": "clock"}
-        return special.get(self.name) or _GROUPS.get(self.name.partition(".")[0], "what was found")
+        special = {HEADING_OFFSET: "heading", CLOCK_OFFSET: "clock"}
+        return special.get(self.name) or _GROUPS.get(self.name.owner, "what was found")
 
 
 def group_of(error: PostureError) -> str:
@@ -95,13 +107,13 @@ def with_instruments(model: Model, recording: Recording) -> Model:
     return replace(model, sensors=(*model.sensors, *(part for part in parts if part.name not in known)))
 
 
-def drag_coefficient(model: Model) -> str:
-    """The name of the drag coefficient: the posture's law, or the paper's."""
+def drag_coefficient(model: Model) -> NumberRef:
+    """The drag coefficient: the posture's law, or the paper's."""
     names = [term.name for term in model.terms]
-    return "posture_air.c_d" if "posture_air" in names else "air.c_d"
+    return NumberRef("posture_air.c_d" if "posture_air" in names else "air.c_d")
 
 
-def started_anywhere(priors: Mapping[str, Prior]) -> dict[str, Prior]:
+def started_anywhere(priors: Mapping[NumberRef, Prior]) -> dict[NumberRef, Prior]:
     """The priors, those of the start so wide that the fixes alone decide."""
     found = dict(priors)
     for name in _START.keys() & priors.keys():
@@ -110,29 +122,29 @@ def started_anywhere(priors: Mapping[str, Prior]) -> dict[str, Prior]:
     return found
 
 
-def snow_beforehand(model: Model) -> Mapping[str, Prior]:
+def snow_beforehand(model: Model) -> Mapping[NumberRef, Prior]:
     """Friction, and where edges cut what the snow bears, as known before anything is measured."""
     return CUTTING if is_carved(model.terms) else FREE
 
 
-def unknown_numbers(model: Model, priors: Mapping[str, Prior], recording: Recording) -> tuple[Parameter, ...]:
+def unknown_numbers(model: Model, priors: Mapping[NumberRef, Prior], recording: Recording) -> tuple[Parameter, ...]:
     """The numbers that the model's laws, start and instruments know; ``priors`` are those of the fit to the track."""
     about = recording.uncertainty
     found = {**snow_beforehand(model), **started_anywhere(priors)}
-    shares = {"penetration.k": about.snow_stiffness, drag_coefficient(model): about.drag}
+    shares = {STIFFNESS: about.snow_stiffness, drag_coefficient(model): about.drag}
     if is_carved(model.terms):
-        del shares["penetration.k"]
+        del shares[STIFFNESS]
     for name, share in shares.items():
         found[name] = Prior(model.value(name), share * model.value(name))
-    found["start.clock_offset"] = Prior(model.value("start.clock_offset"), about.clock)
+    found[CLOCK_OFFSET] = Prior(model.value(CLOCK_OFFSET), about.clock)
     for axis in ("forward", "left", "up"):
-        name = f"{LeverArm.name}.{axis}"
+        name = NumberRef.of(LeverArm.name, axis)
         found[name] = Prior(model.value(name), about.antenna)
     if recording.insoles is not None:
-        cuff = f"{BootCuff.name}.share"
+        cuff = NumberRef.of(BootCuff.name, "share")
         found[cuff] = Prior(model.value(cuff), about.boot_cuff)
         for side in ("left", "right"):
-            gain = f"{InsoleGain.name}.{side}"
+            gain = NumberRef.of(InsoleGain.name, side)
             found[gain] = Prior(model.value(gain), about.insole_gain)
     return tuple(Parameter((name,), prior) for name, prior in found.items() if prior.sigma > 0.0)
 
@@ -160,7 +172,7 @@ def seek_too(problem: Problem, names: Sequence[str]) -> Problem:
     """
     known = numbers_of_terms(problem.model)
     priors = dict(problem.priors)
-    for name in names:
+    for name in map(NumberRef, names):
         if name not in known:
             raise InputError(
                 "--parameter", name, "no force term of the model has this number", did_you_mean(name, known)
@@ -170,14 +182,14 @@ def seek_too(problem: Problem, names: Sequence[str]) -> Problem:
         if priors:
             low, high = problem.model.bounds(name)
             priors[name] = Prior(problem.model.value(name), 0.5 * (high - low))
-    return replace(problem, names=(*problem.names, *dict.fromkeys(names)), priors=priors)
+    return replace(problem, names=(*problem.names, *dict.fromkeys(map(NumberRef, names))), priors=priors)
 
 
-def numbers_of_terms(model: Model) -> tuple[str, ...]:
+def numbers_of_terms(model: Model) -> tuple[NumberRef, ...]:
     """Names of all numbers of a model's terms; those of a second term of a kind are ``name#2.number``."""
     found, seen = [], dict[str, int]()
     for term in model.terms:
         seen[term.name] = seen.get(term.name, 0) + 1
         owner = term.name if seen[term.name] == 1 else f"{term.name}#{seen[term.name]}"
-        found += [f"{owner}.{number}" for number in parameters(term)]
+        found += [NumberRef.of(owner, number) for number in parameters(term)]
     return tuple(found)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import MU_T, START_F, START_L, VELOCITY_F, VELOCITY_L
 from sssi_exudyn.fitting.autocorrelated_noise import draw_uneven_noise
 from sssi_exudyn.fitting.linearised_run import Setting, linearise_at, moved_point
 from sssi_exudyn.model.model import Model
@@ -34,12 +35,12 @@ def draw_run(model: Model, setting: Setting, rng: np.random.Generator) -> DrawnR
     point, responses = linearise_at(model, setting)
     values = setting.values(model)
     for i, (name, sigma) in enumerate(zip(setting.names, setting.sigmas, strict=True)):
-        if not name.startswith(("friction", "start.f", "start.l", "start.velocity")):
+        if name.part != MU_T.part and name not in (START_F, START_L, VELOCITY_F, VELOCITY_L):
             values[i] += sigma * rng.standard_normal()
     sizes = rng.standard_normal(len(setting.errors) + 1)
     measured = moved_point(setting, point, responses, values, sizes).predicted.copy()
     seen = setting.seen
-    for name, rows in seen.blocks.items():
+    for block, rows in seen.blocks.items():
         if rows.stop > rows.start:
-            measured[rows] += draw_uneven_noise(rng, seen.times[name], seen.usual.of(name), seen.scale[rows])
+            measured[rows] += draw_uneven_noise(rng, seen.times[block], seen.usual.of(block), seen.scale[rows])
     return DrawnRun(replace(setting, seen=replace(seen, measured=measured)), values, sizes)

@@ -18,6 +18,7 @@ from sssi_exudyn.contact.term import Term, terrain_height
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.core.choices import HeadingMode
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import number_ref, split_owner
 from sssi_exudyn.core.quantity import Quantity, quantities, quantity
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.model.faults import CaptureSensor, Sensor
@@ -36,7 +37,8 @@ _MODE = Quantity(
     source="posterior of the heights",
     meaning="standard deviations of a shape by which the snow surface may differ from its estimate",
 )
-T = TypeVar("T")
+Name = TypeVar("Name", bound=str)
+"""The name of a number: a ``NumberRef``, or in a script its text."""
 
 
 @dataclass(frozen=True)
@@ -131,15 +133,15 @@ class Model:
 
         A second term of one name is ``name#2``.  The snow surface's amounts of modes are ``surface.mode_1`` and so on.
         """
-        owner, _, key = name.partition(".")
-        part = self.owner(owner)
+        number = number_ref(name)
+        part, key = self.owner(number.owner), number.key
         return float(np.real(part.amounts[mode_index(key)]) if isinstance(part, Surface) else getattr(part, key))
 
     def about(self, name: str) -> Quantity:
         """Return the declaration of the number of that name: unit, least and greatest value, meaning."""
-        owner, _, key = name.partition(".")
-        part = self.owner(owner)
-        return replace(_MODE, name=key) if isinstance(part, Surface) else quantities(part)[key]
+        number = number_ref(name)
+        part = self.owner(number.owner)
+        return replace(_MODE, name=number.key) if isinstance(part, Surface) else quantities(part)[number.key]
 
     def bounds(self, name: str) -> tuple[float, float]:
         """Return the least and greatest value that the number of that name may have."""
@@ -163,19 +165,19 @@ class Model:
             ground = ground + self.surface.at(places)[:, :3]
         return ground[:, 0], ground[:, 1:]
 
-    def with_values(self, values: Mapping[str, complex]) -> Model:
+    def with_values(self, values: Mapping[Name, complex]) -> Model:
         """Return the model with other values of declared numbers, by their names; a complex one carries a derivative.
 
         Raises KeyError for an unknown name.
         """
         changed = self
         for name, value in values.items():
-            owner, _, key = name.partition(".")
-            old = changed.owner(owner)
+            number = number_ref(name)
+            old = changed.owner(number.owner)
             if isinstance(old, Surface):
-                changed = replace(changed, surface=old.with_amount(mode_index(key), value))
+                changed = replace(changed, surface=old.with_amount(mode_index(number.key), value))
                 continue
-            new = replace(old, **{key: value if isinstance(value, complex) else float(value)})  # type: ignore[arg-type]
+            new = replace(old, **{number.key: value if isinstance(value, complex) else float(value)})  # type: ignore[arg-type]
             if isinstance(new, Start):
                 changed = replace(changed, start=new)
             elif isinstance(new, Term):
@@ -207,12 +209,12 @@ class Model:
             return self.start
         if name == "surface" and self.surface is not None:
             return self.surface
-        kind, _, count = name.partition("#")
+        kind, index = split_owner(name)
         parts: tuple[Term | Sensor, ...] = (*self.terms, *self.sensors)
         matches = [part for part in parts if part.name == kind]
-        if len(matches) < int(count or 1):
+        if not 1 <= index <= len(matches):
             raise KeyError(f"the model has no term {name!r}; it has {', '.join(term.name for term in self.terms)}")
-        return matches[int(count or 1) - 1]
+        return matches[index - 1]
 
 
 def mode_index(key: str) -> int:

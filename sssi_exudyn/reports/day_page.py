@@ -8,6 +8,7 @@ from urllib.parse import quote
 
 from matplotlib.axes import Axes
 
+from sssi_exudyn.core.number_ref import MU_N, number_ref
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.html import document, grid
@@ -16,11 +17,10 @@ from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.folder import LAW, MODEL
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Alternative, Number
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.search.probabilities import STANDS_OUT
-from sssi_exudyn.validation.diagnosis.search.search_result import SURE, WORTH_NAMING
 from sssi_exudyn.validation.diagnosis.several_runs.friction_regression import FoundLaw
 from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import DayExplanation
 from sssi_exudyn.validation.diagnosis.several_runs.second_pass import SamePlace, gains_of
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 from sssi_exudyn.validation.diagnosis.wording.sentence import list_alternatives
 
 
@@ -37,11 +37,11 @@ def sentence_of_day(
         return (
             f"In {runs} runs together friction along the ski follows a law that is in no list ({law.probability:.0%} "
             f"probable): {law.formula}; the nearest in the list is {law.best_named}; "
-            f"μ_n is {_around(law.numbers['friction.mu_n'])}."
+            f"μ_n is {_around(law.numbers[MU_N])}."
         )
     nothing = next(explanation for explanation in explanations if explanation.name == NOTHING_MISSING)
-    best = nothing if nothing.probability > STANDS_OUT else explanations[0]
-    numbers = {name.partition(".")[2]: number for name, number in best.numbers.items()}
+    best = nothing if nothing.probability > THRESHOLDS.stands_out else explanations[0]
+    numbers = {number_ref(name).key: number for name, number in best.numbers.items()}
     named = best.name != NOTHING_MISSING
     what = BY_NAME[best.name].sentence(numbers, model) if named else "nothing is missing that acts on all alike"
     unlisted = 0.0 if law is None else law.probability
@@ -49,11 +49,11 @@ def sentence_of_day(
     others = [
         Alternative(explanation.name, explanation.probability * (1.0 - unlisted))
         for explanation in explanations
-        if explanation is not best and explanation.probability >= WORTH_NAMING
+        if explanation is not best and explanation.probability >= THRESHOLDS.worth_naming
     ]
-    if unlisted >= WORTH_NAMING:
+    if unlisted >= THRESHOLDS.worth_naming:
         others.append(Alternative("a law in no list", unlisted))
-    unsure = named and probability < SURE and others
+    unsure = named and probability < THRESHOLDS.sure and others
     alternatives = f"; {list_alternatives(best.name, others)}" if unsure else ""
     friction = f"μ_t is {_around(numbers['mu_t'])} and μ_n {_around(numbers['mu_n'])}"
     return f"In {runs} runs together {what} ({probability:.0%} probable{alternatives}); {friction}."

@@ -63,10 +63,10 @@ def draws_table(posterior: Posterior) -> pd.DataFrame:
         table.insert(0, "time_s", grid)
         table.insert(0, "draw", i)
         numbers = {
-            name: float(value)
+            str(name): float(value)
             for unknown, value in zip(setting.unknowns, values[i], strict=True)
             for name in unknown.names
-            if not isinstance(posterior.model.owner(name.partition(".")[0]), Sensor)
+            if not isinstance(posterior.model.owner(name.owner), Sensor)
         }
         numbers[DRAW_MASS] = mass + float(sizes[i, -1]) * sigma
         parts.append(pd.concat([table, pd.DataFrame(numbers, index=table.index)], axis=1))

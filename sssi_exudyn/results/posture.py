@@ -5,18 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from sssi_exudyn.core.number_ref import MU_T, NumberRef
 from sssi_exudyn.recording.few_sensors.complete import Completed
 from sssi_exudyn.results.summary import Estimate, FrictionShares, Posture, PostureSigma, Prediction
 from sssi_exudyn.validation.posture_uncertainty import SecondHalf, Shares
 
 
-def posture_figures(completed: Completed, names: tuple[str, ...], shares: Shares, half: SecondHalf) -> Posture:
+def posture_figures(completed: Completed, names: tuple[NumberRef, ...], shares: Shares, half: SecondHalf) -> Posture:
     """Return the ``posture`` group of a summary.
 
     names : (k,) the fitted numbers, in the order of the shares
     """
     sigma, lag = completed.sigma, completed.lag
-    index = names.index("friction.mu_t")
+    index = names.index(MU_T)
     track, posture, slope, steering = (
         float(share[index]) for share in (shares.track, shares.posture, shares.slope, shares.steering)
     )

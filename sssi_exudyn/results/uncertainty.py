@@ -24,7 +24,7 @@ def uncertainty_figures(posterior: Posterior) -> UncertaintyFigures:
     """Return intervals, budget, noise and corrections of an estimate."""
     setting = posterior.setting
     pulls = (posterior.values - setting.means) / setting.sigmas
-    corrections = [Correction(name, float(pull)) for name, pull in zip(setting.names, pulls, strict=True)]
+    corrections = [Correction(str(name), float(pull)) for name, pull in zip(setting.names, pulls, strict=True)]
     snow_numbers = snow_beforehand(posterior.model)
     corrections = [correction for correction in corrections if correction.what not in snow_numbers]
     sources = [*(_words(error, setting.motion.start, setting.motion.stop) for error in setting.errors), MASS]
@@ -33,7 +33,7 @@ def uncertainty_figures(posterior: Posterior) -> UncertaintyFigures:
     half = norm.ppf(0.95)
     intervals, shares = {}, {}
     for name in snow_numbers:
-        key = name.partition(".")[2]
+        key = name.key
         i = setting.names.index(name)
         value, spread = float(posterior.values[i]), float(np.sqrt(posterior.covariance[i, i]))
         low, high = posterior.model.bounds(name)

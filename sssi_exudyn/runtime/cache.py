@@ -172,8 +172,11 @@ def _array(parts: zipfile.ZipFile, name: str) -> NDArray[np.generic]:
 def _pieces(value: object) -> Iterator[bytes]:
     """Yield the content of ``value`` as byte strings; each begins with its kind, so that 1, 1.0 and "1" differ."""
     match value:
-        case None | bool() | str():
+        case None | bool():
             yield type(value).__name__.encode()
+            yield json.dumps(value).encode()
+        case str():
+            yield b"str"
             yield json.dumps(value).encode()
         case bytes():
             yield b"bytes"

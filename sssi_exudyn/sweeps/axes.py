@@ -12,7 +12,8 @@ import numpy as np
 
 from sssi_exudyn.bodies.ski.ski import catalogue
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.fitting.first_fit import FRICTION, NUISANCES
+from sssi_exudyn.core.number_ref import FRICTION, HEADING_OFFSET, NumberRef
+from sssi_exudyn.fitting.first_fit import NUISANCES
 from sssi_exudyn.io.settings import Settings, check_keys, text_of
 from sssi_exudyn.sweeps.design import LISTED, Axis, size_of
 from sssi_exudyn.sweeps.file import LARGEST, SweepFile, count_of, list_of, words_of
@@ -65,20 +66,22 @@ def axes_of(file: SweepFile, declared: Mapping[str, Parameter]) -> tuple[Axis, .
 def _fix_for(name: str, near: Sequence[str], declared: Mapping[str, Parameter]) -> str:
     if near:
         return f"did you mean {near[0]!r}?"
-    part = name.partition(".")[0]
+    part = NumberRef(name).part
     of_part = [other for other in declared if other.startswith(f"{part}.")]
     if of_part:
         return f"use one of: {', '.join(of_part)}"
-    return f"begin it with one of: {', '.join(dict.fromkeys(other.partition('.')[0] for other in declared))}"
+    return f"begin it with one of: {', '.join(dict.fromkeys(NumberRef(other).part for other in declared))}"
 
 
 def _check_effect(file: SweepFile, name: str, place: str) -> None:
-    part, _, key = name.partition(".")
-    if part == "solver" and key in _FULL_ONLY and file.tier == "reduced" and file.task == "simulate":
-        raise InputError(file.path, f"{place} name", f"the reduced model does not use {key}", 'write tier = "full"')
+    number = NumberRef(name)
+    if number.part == "solver" and number.key in _FULL_ONLY and file.tier == "reduced" and file.task == "simulate":
+        raise InputError(
+            file.path, f"{place} name", f"the reduced model does not use {number.key}", 'write tier = "full"'
+        )
     fitted = [*FRICTION, *NUISANCES]
     if file.method == "paper":  # which keeps the heading of the capture
-        fitted.remove("start.heading_offset")
+        fitted.remove(HEADING_OFFSET)
     if file.task == "fit" and name.removesuffix("_deg") in fitted:
         raise InputError(file.path, f"{place} name", f"the fit finds {name} itself", "sweep another parameter")
 

@@ -11,7 +11,8 @@ import pandas as pd
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.first_fit import FRICTION, NUISANCES, Fitted
+from sssi_exudyn.core.number_ref import FRICTION, HEADING_OFFSET, MU_N, MU_T, START_F, START_L, VELOCITY_F, VELOCITY_L
+from sssi_exudyn.fitting.first_fit import NUISANCES, Fitted
 from sssi_exudyn.fitting.observations import predict_fixes, track_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.recording import Recording
@@ -61,13 +62,13 @@ _OF_A_FULL_RUN: Final = (
     *(Column(f"max_{name}_moment_Nm", "N m", f"largest size of the moment that drives {name}") for name in PRESCRIBED),
 )
 _FITTED_UNITS: Final = {
-    "friction.mu_t": ("mu_t", "1", 1.0),
-    "friction.mu_n": ("mu_n", "1", 1.0),
-    "start.velocity_f": ("start_velocity_f_mps", "m/s", 1.0),
-    "start.velocity_l": ("start_velocity_l_mps", "m/s", 1.0),
-    "start.f": ("start_f_m", "m", 1.0),
-    "start.l": ("start_l_m", "m", 1.0),
-    "start.heading_offset": ("heading_offset_deg", "deg", 180.0 / np.pi),
+    MU_T: ("mu_t", "1", 1.0),
+    MU_N: ("mu_n", "1", 1.0),
+    VELOCITY_F: ("start_velocity_f_mps", "m/s", 1.0),
+    VELOCITY_L: ("start_velocity_l_mps", "m/s", 1.0),
+    START_F: ("start_f_m", "m", 1.0),
+    START_L: ("start_l_m", "m", 1.0),
+    HEADING_OFFSET: ("heading_offset_deg", "deg", 180.0 / np.pi),
 }
 _OF_A_TURN: Final = (
     Column("radius_m", "m", "of the boot centre's path; none where the ski slips out of the turn"),

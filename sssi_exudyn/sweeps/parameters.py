@@ -18,6 +18,7 @@ from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.contact.registry import combine_terms
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.contact.terms.carving import Carving
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.core.quantity import Quantity, quantities
 from sssi_exudyn.model.faults import Sensor
 from sssi_exudyn.model.from_recording import model_of
@@ -117,7 +118,7 @@ def numbers_of(values: Values) -> dict[str, float | str]:
 
 def is_shape(name: str) -> bool:
     """Tell whether a number is of the bodies or their motion, not of forces, start or instruments."""
-    return name.partition(".")[0] in _SHAPE
+    return NumberRef(name).part in _SHAPE
 
 
 def change(
@@ -136,8 +137,8 @@ def change(
     """
     by_part: dict[str, dict[str, Any]] = {part: {} for part in _SHAPE}
     for name, value in shape.items():
-        part, _, key = name.partition(".")
-        by_part[part][key] = value
+        number = NumberRef(name)
+        by_part[number.part][number.key] = value
     if any(by_part[part] for part in _AS_RECORDED):
         recording = replace(
             recording,
@@ -193,8 +194,8 @@ def change_turn(ski: Ski, values: Values) -> tuple[Ski, TurnCase]:
     """
     by_part: dict[str, dict[str, Any]] = {"ski": {}, "turn": {}, Carving.name: {}}
     for name, value in values.items():
-        part, _, key = name.partition(".")
-        by_part[part][key] = value
+        number = NumberRef(name)
+        by_part[number.part][number.key] = value
     return reshape(ski, by_part["ski"]), TurnCase(law=Carving(**by_part[Carving.name]), **by_part["turn"])
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.ndimage import spline_filter
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.runtime.jit import njit
 
 PATCH = 6
@@ -205,9 +206,9 @@ class Surface:
         return np.concatenate([self.mean[None], self.deviation[None], self.modes])
 
     @property
-    def names(self) -> tuple[str, ...]:
+    def names(self) -> tuple[NumberRef, ...]:
         """Names of the modes' amounts, as a model knows them."""
-        return tuple(f"surface.mode_{k + 1}" for k in range(len(self.amounts)))
+        return tuple(NumberRef(f"surface.mode_{k + 1}") for k in range(len(self.amounts)))
 
     def with_amount(self, mode: int, amount: complex) -> Surface:
         """Return the surface with another number of standard deviations of one mode.

@@ -11,6 +11,7 @@ from bundled import bundled
 from scipy.linalg import cho_solve
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import MU_T, NumberRef
 from sssi_exudyn.fitting import posterior as module
 from sssi_exudyn.fitting.estimate import setting_of
 from sssi_exudyn.fitting.evidence import Freedom, LinearProblem, best_levels, precision
@@ -164,8 +165,8 @@ def test_waves_are_as_high_as_the_measurements_show() -> None:
 
 def test_waves_of_a_level_leave_the_tilt_as_it_is_known() -> None:
     _, setting = example()
-    modes = tuple(Parameter((f"surface.m{i}",), Prior(0.0, 1.0)) for i in range(60))
-    setting = replace(setting, unknowns=(*modes, Parameter(("friction.mu_t",), Prior(0.1, 0.3))))
+    modes = tuple(Parameter((NumberRef(f"surface.m{i}"),), Prior(0.0, 1.0)) for i in range(60))
+    setting = replace(setting, unknowns=(*modes, Parameter((MU_T,), Prior(0.1, 0.3))))
     assert list(setting.with_waves(1.8).sigmas) == [1.8] * 60 + [0.3]
     heights = {**setting.seen.times, "height": setting.seen.times["x"]}
     process = replace(setting, seen=replace(setting.seen, times=heights))

@@ -17,7 +17,8 @@ from sssi_exudyn import commands
 from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, slope_to_enu
-from sssi_exudyn.fitting.first_fit import FRICTION, NUISANCES, problem_of
+from sssi_exudyn.core.number_ref import FRICTION
+from sssi_exudyn.fitting.first_fit import NUISANCES, problem_of
 from sssi_exudyn.fitting.observations import measurements_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface, snow_heights, snow_surface, surface_process
 from sssi_exudyn.model.from_recording import model_of

@@ -16,6 +16,7 @@ import numpy as np
 
 from sssi_exudyn.core.choices import Concealed
 from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.number_ref import CLOCK_OFFSET
 from sssi_exudyn.model.from_recording import first_guess
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
@@ -187,7 +188,7 @@ def record(
     recording, stated, fitted = known
     run = simulate(world, motion)
     assert run.antenna is not None
-    late = world.with_values({"start.clock_offset": delay})
+    late = world.with_values({CLOCK_OFFSET: delay})
     gps = record_gps(rng, recording, late, run.time, run.antenna, motion, instruments)
     insoles = record_insoles(rng, recording, world, run.time, run.sole_force, instruments)
     captured = replace(record_capture(rng, motion, heading, instruments), inclination=stated.inclination)

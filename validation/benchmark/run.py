@@ -23,6 +23,7 @@ import numpy as np
 from sssi_exudyn.core.choices import Concealed
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import MU_N, MU_T
 from sssi_exudyn.fitting.estimate import estimate
 from sssi_exudyn.fitting.evidence import LinearModel, uncertain
 from sssi_exudyn.fitting.first_fit import problem_of
@@ -43,8 +44,7 @@ from sssi_exudyn.validation.benchmark.world import Instruments
 from sssi_exudyn.validation.diagnosis.context import Progress
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose, fit_without_findings
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Friction
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
-from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Round
+from sssi_exudyn.validation.diagnosis.search.explanation import Round
 
 ANSWERS, SEAL = "answers.json", "answers.sha256"
 Bases = list[Recorded]
@@ -94,7 +94,7 @@ def diagnose_case(made: Made, *, full: bool) -> CaseResult:
         index=made.case.index,
         full=full,
         diagnosis=outcome.diagnosis,
-        friction=Friction(outcome.model.value("friction.mu_t"), outcome.model.value("friction.mu_n")),
+        friction=Friction(outcome.model.value(MU_T), outcome.model.value(MU_N)),
         held_out_m=outcome.figures[-1].held_out_error,
         held_out_plain_m=held_out_plain,
         bic=bic,
@@ -121,16 +121,15 @@ def _baselines(searched: Round) -> tuple[str, str]:
 
     nothing = remaining(np.zeros((count, 0)))
     best_bic, best_fit = ("none", count * np.log(nothing)), ("none", nothing)
-    for hypothesis in HYPOTHESES:
-        explanation = next((v for v in searched.explanations if v.name == hypothesis.name), None)
-        if explanation is None or explanation.candidate is None:
-            continue
+    by_name = {each.name: each for each in searched.hypotheses}
+    for name in (each for each in searched.responses if each in by_name):
+        explanation = by_name[name]
         columns = explanation.candidate.free.columns
         remains = remaining(columns)
         places = len(explanation.candidate.places)
         bic = count * np.log(remains) + (columns.shape[1] + places) * np.log(count)
-        best_bic = min(best_bic, (hypothesis.name, bic), key=lambda item: item[1])
-        best_fit = min(best_fit, (hypothesis.name, remains), key=lambda item: item[1])
+        best_bic = min(best_bic, (name, bic), key=lambda item: item[1])
+        best_fit = min(best_fit, (name, remains), key=lambda item: item[1])
     return best_bic[0], best_fit[0]
 
 

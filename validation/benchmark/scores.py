@@ -14,7 +14,7 @@ from scipy.special import betaincinv
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.benchmark.cases import Case
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Diagnosis, Finding, Friction, Where
-from sssi_exudyn.validation.diagnosis.search.search_result import SURE
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
 STRONG: Final = 8.0
 """Standard errors above which an effect counts as clear."""
@@ -212,7 +212,7 @@ def score(cases: Sequence[Case], results: Sequence[CaseResult], seal: str) -> Sc
             large=_share_of(share >= 0.6 for share in overlaps),
         ),
         interval_coverage_90=_share_of(intervals),
-        wrong_and_sure=_share_of(not right for p, right in said if p > SURE),
+        wrong_and_sure=_share_of(not right for p, right in said if p > THRESHOLDS.sure),
         sure_right=_share_of(right for p, right in said if p > _VERY_SURE),
         friction_inside_90=_share_of(inside for c, d in rows for inside in _friction_inside(c, d)),
         friction_inside_90_nothing=_share_of(
@@ -220,7 +220,7 @@ def score(cases: Sequence[Case], results: Sequence[CaseResult], seal: str) -> Sc
         ),
         unexplained_called_so=_share_of(any(f.kind == "unexplained" for f in d.findings) for d in unknown),
         unexplained_wrongly_named=_share_of(
-            any(f.kind != "unexplained" and f.probability > SURE for f in d.findings) for d in unknown
+            any(f.kind != "unexplained" and f.probability > THRESHOLDS.sure for f in d.findings) for d in unknown
         ),
         unexplained_where_found=_share_of(
             any(f.kind == "unexplained" for f in d.findings) for d in unknown if d.findings

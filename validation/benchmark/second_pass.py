@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -20,9 +21,10 @@ from sssi_exudyn.validation.benchmark.cases import Recorded, record
 from sssi_exudyn.validation.benchmark.effects import EFFECTS, plain_run
 from sssi_exudyn.validation.benchmark.world import draw_instruments, other_day
 from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import compare_hypotheses
-from sssi_exudyn.validation.diagnosis.search.probabilities import STANDS_OUT
+from sssi_exudyn.validation.diagnosis.search.explanation import Refitted
 from sssi_exudyn.validation.diagnosis.search.reestimate_rivals import estimate_rivals
 from sssi_exudyn.validation.diagnosis.search.search_result import Accepted, SearchEnd
 from sssi_exudyn.validation.diagnosis.state import first_fit, linear_model
@@ -79,15 +81,15 @@ def _draw(name: str, size: float, base: Recorded, rng: np.random.Generator, long
     return Passes(passes[0], _from_its_first_fix(*passes[1]), effect.window)
 
 
-def first_finding(made: Recorded) -> SearchEnd:
-    """Do the first round of a search for missing effects, by the reduced model; later findings are left out."""
-    problem, state, fit = first_fit(diagnosis_problem(*made))
-    searched = compare_hypotheses(problem, state, fit)
-    if searched.nothing.probability > STANDS_OUT or searched.best.fit is None:
+def first_finding(made: Recorded, hypotheses: Sequence[Hypothesis] = HYPOTHESES) -> SearchEnd:
+    """Do the first round of a search among ``hypotheses``, by the reduced model; later findings are left out."""
+    problem, state, fit = first_fit(diagnosis_problem(*made, hypotheses=hypotheses))
+    searched, allowed = compare_hypotheses(problem, state, fit), problem.thresholds.stands_out
+    if searched.nothing.probability > allowed or not isinstance(searched.best, Refitted):
         return SearchEnd(problem, state, fit, (), full=False)
     searched, estimates = estimate_rivals(problem, state, searched, full=False)
     best = searched.best
-    if searched.nothing.probability > STANDS_OUT or best.name not in estimates:
+    if searched.nothing.probability > allowed or not isinstance(best, Refitted) or best.name not in estimates:
         return SearchEnd(problem, state, fit, (), full=False)
     about = estimates[best.name]
     accepted = Accepted(searched, best, about.fit, linear_model(about.problem, about.state, about.fit))

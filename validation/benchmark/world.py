@@ -14,6 +14,7 @@ from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array, level_to_enu
 from sssi_exudyn.core.noise import ExponentialNoise, draw_noise
+from sssi_exudyn.core.number_ref import MU_N, MU_T, STIFFNESS, NumberRef
 from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.observations import INTERVAL, Measurements, predict_fixes
 from sssi_exudyn.model.faults import insole_readings
@@ -119,11 +120,12 @@ def other_day(rng: np.random.Generator, recording: Recording, motion: Motion, fi
         surface=draw_hill(rng, start.f, start.l, motion.stop - motion.start),
         solver=replace(fitted.solver, step=STEP, elements=_ELEMENTS),
     )  # fmt: skip
+    drag = NumberRef("air.c_d")
     numbers = {
-        "friction.mu_t": max(mu_t, 0.02),
-        "friction.mu_n": min(mu_n, 0.95),
-        "penetration.k": model.value("penetration.k") * float(np.exp(rng.normal(0.0, 0.15))),
-        "air.c_d": model.value("air.c_d") * (1.0 + float(rng.normal(0.0, _DRAG))),
+        MU_T: max(mu_t, 0.02),
+        MU_N: min(mu_n, 0.95),
+        STIFFNESS: model.value(STIFFNESS) * float(np.exp(rng.normal(0.0, 0.15))),
+        drag: model.value(drag) * (1.0 + float(rng.normal(0.0, _DRAG))),
     }
     return model.with_values(numbers), motion
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import CLOCK_OFFSET, STIFFNESS, NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, fewer_columns
 from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.noise import HEIGHT_ORIGIN
@@ -29,6 +30,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.runtime.cache import Cache, fingerprint
@@ -38,7 +40,9 @@ from sssi_exudyn.simulation.reduced.prepared import Prepared, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.terrain.from_heights import TILTS
-from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import probes_by, responses_of
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis, probes_by, responses_of
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
 Progress = Callable[[float | None, str], None]
 """Takes the share that is done, where it is known, and what is being done."""
@@ -53,14 +57,16 @@ explanations; what the full model predicts beyond is added to every prediction.
 class DiagnosisProblem:
     """A recording prepared for diagnosis.
 
-    model : as it is given, on the snow surface that the heights show
+    gps : the recording's fixes;  model : as it is given, on the snow surface that the heights show
     ground : the snow as a process, None on the plane;  prepared : the reduced model's tables; both as
         estimated
     parameters : what every fit has free, with priors;  fitting : the ordinary fit of the same recording
     key : of all of these, for the cache
+    hypotheses : what is compared;  thresholds : the chosen numbers of the search
     """
 
     recording: Recording
+    gps: Gps
     motion: Motion
     model: Model
     ground: SurfaceProcess | None
@@ -71,6 +77,8 @@ class DiagnosisProblem:
     key: str
     progress: Progress
     cache: Cache | None
+    hypotheses: tuple[Hypothesis, ...]
+    thresholds: Thresholds = THRESHOLDS
 
     @property
     def about(self) -> Uncertainty:
@@ -111,16 +119,26 @@ def _silent(_share: float | None, _detail: str) -> None:
 
 
 def diagnosis_problem(
-    recording: Recording, motion: Motion, model: Model, progress: Progress = _silent, cache: Cache | None = None
+    recording: Recording,
+    motion: Motion,
+    model: Model,
+    progress: Progress = _silent,
+    cache: Cache | None = None,
+    *,
+    hypotheses: Sequence[Hypothesis] = HYPOTHESES,
+    thresholds: Thresholds = THRESHOLDS,
 ) -> DiagnosisProblem:
     """Prepare a recording.  Raises ValueError when it has no GPS."""
+    if recording.gps is None:
+        raise ValueError("the recording has no GPS")
     fitting = problem_of(recording, motion, on_snow_surface(model, recording, motion), "joint")
     model = fitting.model
-    beside = {name: prior for name, prior in fitting.priors.items() if not name.startswith("surface.")}
+    beside = {name: prior for name, prior in fitting.priors.items() if name.part != "surface"}
     priors = {**FREE, **started_anywhere(beside)}
     measurements = measurements_of(recording, model, motion.start, motion.stop)
     return DiagnosisProblem(
         recording=recording,
+        gps=recording.gps,
         motion=motion,
         model=model,
         ground=None,
@@ -133,6 +151,8 @@ def diagnosis_problem(
         ),
         progress=progress,
         cache=cache,
+        hypotheses=tuple(hypotheses),
+        thresholds=thresholds,
     )
 
 
@@ -169,7 +189,7 @@ def no_nuisances(size: int) -> Nuisances:
     return Nuisances(Freedom(none, np.zeros(0)), none, none, np.zeros(size))
 
 
-def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[str]) -> Nuisances:
+def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[NumberRef]) -> Nuisances:
     """About a run of ``model``, corrected by errors of posture and mass of ``sizes`` (m,); numbers that are ``fitted``
     with a prior of their own are as they should be.
 
@@ -186,8 +206,8 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: 
     stated = problem.model
     drag = drag_coefficient(stated)
     numbers = {
-        "start.clock_offset": about.clock,
-        "penetration.k": about.snow_stiffness * stated.value("penetration.k"),
+        CLOCK_OFFSET: about.clock,
+        STIFFNESS: about.snow_stiffness * stated.value(STIFFNESS),
         drag: about.drag * stated.value(drag),
     }
     moved = [0.0 if name in fitted else model.value(name) - stated.value(name) for name in numbers]

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import CLOCK_OFFSET, NumberRef
 from sssi_exudyn.fitting.estimate import estimate, estimate_from, judging_run
 from sssi_exudyn.fitting.evidence import Freedom, LinearModel, Whitener, best_levels, whitener
 from sssi_exudyn.fitting.first_fit import with_surface
@@ -59,6 +60,15 @@ class State:
         """
         modes = self.nuisances.surface
         return np.asarray(self.nuisances.mean + self.beyond - (modes @ amounts if modes.shape[1] else 0.0))
+
+
+@dataclass(frozen=True)
+class Reestimate:
+    """A fit about an estimate of its own: the problem and the state about that."""
+
+    problem: DiagnosisProblem
+    state: State
+    fit: Refit
 
 
 def first_fit(problem: DiagnosisProblem, *, full: bool = False) -> tuple[DiagnosisProblem, State, Refit]:
@@ -155,7 +165,7 @@ def linearise_about(
     Instruments are as they are stated: what is uncertain of them acts linearly.
     """
     sought = [name for parameter in parameters for name in parameter.names]
-    owners = {name.partition(".")[0] for name in sought}
+    owners = {name.owner for name in sought}
     sensors = tuple(each for each in posterior.model.sensors if each.name in owners or not isinstance(each, _STATED))
     model = replace(posterior.model, sensors=sensors)
     problem = replace(
@@ -193,8 +203,8 @@ def fit_model(
     # NumPy's arrays and numbers alone are kept; the model follows from them
     key = fingerprint("refit", problem.key, model_to_dict(model), parameters, levels, state.beyond, state.nuisances)
     shapes = kept_shapes(len(state.beyond), len(parameters))
-    found = refit_of(problem.cache.get_or_make(key, lambda: arrays_of(run()), shapes), model, parameters)
-    return replace(found, model=problem.place(found.model)[0])
+    fit = refit_of(problem.cache.get_or_make(key, lambda: arrays_of(run()), shapes), model, parameters)
+    return replace(fit, model=problem.place(fit.model)[0])
 
 
 def settle(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State, Refit]:
@@ -215,8 +225,8 @@ def remove(problem: DiagnosisProblem, state: State, fit: Refit, candidate: Candi
 def model_without(problem: DiagnosisProblem, model: Model, candidate: Candidate) -> Model:
     """The model without what the candidate brought."""
     names = candidate.strengths | set(candidate.places)
-    owners = {name.partition(".")[0] for name in names}
-    if owners == {"start"}:
+    owners = {name.owner for name in names}
+    if owners == {CLOCK_OFFSET.owner}:
         return model.with_values({name: problem.model.value(name) for name in names})
     return model.without(owners)
 
@@ -242,8 +252,8 @@ def fitted_run(problem: DiagnosisProblem, state: State, fit: Refit) -> FittedRun
     run = simulate_reduced(fit.model, problem.prepared)
     prediction = _reduced_prediction(problem, state, fit)
     stated = {name: parameter.prior.sigma for parameter in problem.parameters for name in parameter.names}
-    stated["start.clock_offset"] = problem.about.clock
-    return FittedRun(fit.model, problem.prepared, run, problem.measurements, prediction, stated)
+    stated[CLOCK_OFFSET] = problem.about.clock
+    return FittedRun(fit.model, problem.prepared, run, problem.measurements, prediction, stated, problem.thresholds)
 
 
 def _reduced_prediction(problem: DiagnosisProblem, state: State, fit: Refit) -> Array:
@@ -262,17 +272,17 @@ def _full_surplus(problem: DiagnosisProblem, model: Model) -> Array:
     return full - problem.measurements.predict(model, simulate_reduced(model, problem.prepared))
 
 
-def _nuisances(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[str]) -> Nuisances:
+def _nuisances(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[NumberRef]) -> Nuisances:
     """``nuisances_of``, kept in the cache."""
 
     def run() -> Arrays:
-        found = nuisances_of(problem, model, sizes, fitted)
+        made = nuisances_of(problem, model, sizes, fitted)
         return {
-            "columns": found.free.columns,
-            "scales": found.free.scales,
-            "posture": found.posture,
-            "surface": found.surface,
-            "mean": found.mean,
+            "columns": made.free.columns,
+            "scales": made.free.scales,
+            "posture": made.posture,
+            "surface": made.surface,
+            "mean": made.mean,
         }
 
     size = len(problem.measurements.measured)

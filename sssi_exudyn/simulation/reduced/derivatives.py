@@ -26,6 +26,7 @@ from sssi_exudyn.contact.codegen.law_parameters import LawParameters
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.contact.term import Term, WindTerm
 from sssi_exudyn.core.frames import Array, cross
+from sssi_exudyn.core.number_ref import HEADING_OFFSET, START_F, START_L, VELOCITY_F, VELOCITY_L, NumberRef, number_ref
 from sssi_exudyn.model.faults import CaptureSensor
 from sssi_exudyn.model.model import Model, mode_index
 from sssi_exudyn.motion.motion import Motion
@@ -71,7 +72,7 @@ _CARVED_TABLES: Final = 250_000
 """The same on snow that edges cut, where a pass takes the time of 50 numbers."""
 _LEAST: Final = 24
 """Of them in a pass that is worth its run."""
-_START: Final = {"start.f": 0, "start.l": 1, "start.velocity_f": 2, "start.velocity_l": 3}
+_START: Final = {START_F: 0, START_L: 1, VELOCITY_F: 2, VELOCITY_L: 3}
 
 TableChange = Callable[[Prepared, complex], Prepared]
 """The tables of a capture that is other by a size, as a formula that NumPy continues to complex sizes."""
@@ -94,10 +95,11 @@ def run_tangents(
     Numbers that only instruments know (a late clock, faults of GPS and insoles) change nothing of the run.
     Raises SimulationDiverged as ``simulate_reduced`` does, KeyError for an unknown name.
     """
-    makers = [lambda name=name: _of_number(model, prepared, name) for name in names]
+    numbers = [number_ref(name) for name in names]
+    makers = [lambda number=number: _of_number(model, prepared, number) for number in numbers]
     makers += [lambda change=change: Direction(tables=_changed(model, prepared, change)) for change in changes]
-    tabular = [i for i, name in enumerate(names) if _turns_capture(model, name)]
-    tabular += range(len(names), len(makers))
+    tabular = [i for i, number in enumerate(numbers) if _turns_capture(model, number)]
+    tabular += range(len(numbers), len(makers))
     plain = [i for i in range(len(makers)) if i not in tabular]
     carved = is_carved(model.terms)
     most = max(1, (_CARVED_TABLES if carved else _TABLES) // len(prepared.time))
@@ -125,7 +127,7 @@ def host_of(addition: Addition) -> Model:
     class.  Only the air's velocity must be whole, since drag is no linear function of it.
     """
     model, name = addition
-    part = model.owner(name.partition(".")[0])
+    part = model.owner(number_ref(name).owner)
     others = tuple(term for term in model.terms if term is not part)
     if isinstance(part, WindTerm) or not any(type(term) is type(part) for term in others):
         return model
@@ -151,16 +153,15 @@ def run_additions(host: Model, prepared: Prepared, additions: Sequence[Addition]
 
 
 def _of_addition(host: Model, prepared: Prepared, addition: Addition) -> Direction:
-    model, name = addition
-    owner, _, key = name.partition(".")
-    part = model.owner(owner)
+    model, number = addition[0], number_ref(addition[1])
+    part = model.owner(number.owner)
     if not isinstance(part, Term):
-        return _of_number(model, prepared, name)
+        return _of_number(model, prepared, number)
     terms, extended = in_order(host.terms), in_order(with_classes_of(model, host.terms).terms)
     if len(extended) > len(terms):
         other = next(term for term in terms if type(term) is type(part))
         extended = tuple(part if term is other else term for term in terms)
-    return Direction(parameter=parameter_index(extended, part, key), values=parameter_values(extended))
+    return Direction(parameter=parameter_index(extended, part, number.key), values=parameter_values(extended))
 
 
 def skier_mass_change(model: Model, motion: Motion, prepared: Prepared) -> TableChange:
@@ -213,13 +214,12 @@ def along(run: ReducedRun, slopes: ReducedRun, index: int) -> ReducedRun:
     return ReducedRun(**parts)
 
 
-def _turns_capture(model: Model, name: str) -> bool:
-    return name == "start.heading_offset" or isinstance(model.owner(name.partition(".")[0]), CaptureSensor)
+def _turns_capture(model: Model, name: NumberRef) -> bool:
+    return name == HEADING_OFFSET or isinstance(model.owner(name.owner), CaptureSensor)
 
 
-def _of_number(model: Model, prepared: Prepared, name: str) -> Direction:
-    owner, _, key = name.partition(".")
-    part = model.owner(owner)
+def _of_number(model: Model, prepared: Prepared, name: NumberRef) -> Direction:
+    part, key = model.owner(name.owner), name.key
     if isinstance(part, Surface):
         return Direction(surface=part.mode_coefficients[mode_index(key)])
     if isinstance(part, Term):

@@ -10,6 +10,7 @@ import numpy as np
 from sssi_exudyn.contact.codegen.compiled import in_order, law_parameters
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import number_ref
 from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.runtime.threads import cores_used, side_by_side
@@ -73,7 +74,7 @@ def responses_to_additions(
     hosts = [host_of(addition) for addition in additions]
     every = [term for host in hosts for term in host.terms]
     hosts = [with_classes_of(host, every) for host in hosts]
-    is_law = [isinstance(model.owner(name.partition(".")[0]), Term) for model, name in additions]
+    is_law = [isinstance(model.owner(number_ref(name).owner), Term) for model, name in additions]
     first = is_law.index(True) if any(is_law) else 0
     groups: dict[tuple[type[Term], ...], list[int]] = {}
     for i, host in enumerate(hosts):  # what adds no law goes along with any

@@ -14,6 +14,7 @@ import tomli_w
 from a_diagnosis import diagnosis_of, finding_of
 from a_linear_model import LEVELS
 from bundled import bundled
+from explanations import NOWHERE, refitted
 from schema_check import check_against_schema
 
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
@@ -21,6 +22,7 @@ from sssi_exudyn.contact.terms.friction_corrections import SnowPatch, Unexplaine
 from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
 from sssi_exudyn.fitting.linear_fit import refit
@@ -48,25 +50,25 @@ from sssi_exudyn.validation.benchmark.run import seal
 from sssi_exudyn.validation.benchmark.scores import CaseResult, score, share
 from sssi_exudyn.validation.diagnosis import diagnose as diagnose_module
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem, diagnosis_problem, no_nuisances
-from sssi_exudyn.validation.diagnosis.diagnose import diagnose
+from sssi_exudyn.validation.diagnosis.diagnose import compare_again, diagnose
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Alternative, Diagnosis, Finding
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, responses_of
-from sssi_exudyn.validation.diagnosis.search import compare_hypotheses as search_module
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import compare_hypotheses, extended_parameters
-from sssi_exudyn.validation.diagnosis.search.reestimate_rivals import Anew
 from sssi_exudyn.validation.diagnosis.search.search_result import Accepted
 from sssi_exudyn.validation.diagnosis.state import (
+    Reestimate,
     State,
     first_fit,
     fit_model,
     noise_whitener,
     remove,
 )
-from sssi_exudyn.validation.diagnosis.wording import description
+from sssi_exudyn.validation.diagnosis.wording.description import verdict_of
 
 ROOT = Path(__file__).parents[3]
 SCHEMA = ROOT / "validation" / "diagnosis" / "diagnosis.schema.json"
+FEW = [BY_NAME[name] for name in ("gps_jump", "unexplained_force")]
 KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "noise"}
 
 
@@ -219,19 +221,21 @@ class Scripted:
     def remove(self, problem: Any, state: State, fit: str, candidate: str) -> tuple[State, str]:
         return state, f"{fit} less {candidate}"
 
-    def estimate_rivals(self, problem: Any, state: State, latest: Any, *, full: bool) -> tuple[Any, dict[str, Anew]]:
-        return latest, {latest.best.name: Anew(problem, state, latest.best.fit)}
+    def estimate_rivals(
+        self, problem: Any, state: State, latest: Any, *, full: bool
+    ) -> tuple[Any, dict[str, Reestimate]]:
+        return latest, {latest.best.name: Reestimate(problem, state, latest.best.fit)}
 
     def linear_model(self, problem: Any, state: State, fit: str) -> str:
         return f"about {fit}"
 
     def compare_again(self, accepted: list[Any]) -> list[Any]:
-        state = State(LEVELS, no_nuisances(0), np.zeros(0))
-        return diagnose_module._compare_again(cast(Any, None), state, accepted, full=False)[1]
+        state, problem = State(LEVELS, no_nuisances(0), np.zeros(0)), cast(Any, NOWHERE)
+        return compare_again(problem, state, accepted, full=False)[1]
 
 
 def round_with(name: str, nothing: float) -> Any:
-    best = SimpleNamespace(name=name, candidate=name, fit=f"with {name}", levels=LEVELS)
+    best = refitted(name, candidate=name, fit=f"with {name}", levels=LEVELS)
     return SimpleNamespace(best=best, nothing=SimpleNamespace(probability=nothing))
 
 
@@ -260,8 +264,8 @@ def test_what_is_put_in_and_taken_out_leaves_the_fit_as_it_was(base: Any) -> Non
     candidate = Candidate(
         replace(fit.model, terms=(*fit.model.terms, part)),
         Freedom(np.zeros((len(fit.predicted), 1)), np.array([0.02])),
-        (("slope_change.delta",),),
-        {"slope_change.f0": 1.0},
+        ((NumberRef("slope_change.delta"),),),
+        {NumberRef("slope_change.f0"): 1.0},
     )
     parameters, places = extended_parameters(fit, candidate)
     more = fit_model(problem, state, candidate.model, (*parameters, *places), state.levels)
@@ -376,7 +380,7 @@ def test_a_verdict_of_no_known_cause_is_more_probable_than_not() -> None:
         finding: Any = SimpleNamespace(
             name=name, kind=BY_NAME[name].kind, probability=probability, alternatives=alternatives
         )
-        return description._verdict([finding], near, 0.0)
+        return verdict_of([finding], near, 0.0)
 
     assert verdict("unexplained_force", 0.95) == "unexplained"
     assert verdict("unexplained_force", 0.4, unexplained_drag=0.2, snow_patch=0.4) == "unexplained"
@@ -423,16 +427,14 @@ def test_a_turned_capture_is_found_by_the_fit_s_own_derivatives(base: Any) -> No
 
 
 @pytest.mark.long(seconds=30)
-def test_the_model_that_is_written_meets_the_track_as_is_claimed(
-    base: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_the_model_that_is_written_meets_the_track_as_is_claimed(base: Any, tmp_path: Path) -> None:
     """The full model's run of ``model.toml``, read back, against the figure of the sentence."""
     recording, motion, model = base
     motion = replace(motion, stop=motion.start + 4.0)
     displaced = (recording.gps.time > motion.start + 1.5) & (recording.gps.time < motion.start + 2.5)
     enu = recording.gps.enu + np.where(displaced[:, None], [[0.6, -0.4, 0.0]], 0.0)
-    monkeypatch.setattr(search_module, "HYPOTHESES", (BY_NAME["gps_jump"], BY_NAME["unexplained_force"]))
-    found = diagnose(replace(recording, gps=replace(recording.gps, enu=enu)), motion, model)
+    displaced_recording = replace(recording, gps=replace(recording.gps, enu=enu))
+    found = diagnose(displaced_recording, motion, model, hypotheses=FEW)
     assert [finding.name for finding in found.diagnosis.findings] == ["gps_jump"]
     claimed = found.diagnosis.findings[0].evidence.trajectory_error_m
     assert claimed.after < 0.04 < 0.1 < claimed.before
@@ -455,8 +457,6 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
     # the fixes jump by 1 m, 50 standard deviations
     jump = np.where(recording.gps.time[:, None] > motion.start + 2.0, [[1.0, 0.0, 0.0]], 0.0)
     jumped = replace(recording, gps=replace(recording.gps, enu=recording.gps.enu + jump))
-    few = tuple(BY_NAME[name] for name in ("gps_jump", "unexplained_force"))
-    monkeypatch.setattr(search_module, "HYPOTHESES", few)
     asked = []
 
     def once(problem: DiagnosisProblem, state: State, fit: Any) -> Any:
@@ -466,7 +466,7 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
         return compare_hypotheses(problem, state, fit)
 
     monkeypatch.setattr(diagnose_module, "compare_hypotheses", once)
-    found = diagnose(jumped, motion, model, full=False)
+    found = diagnose(jumped, motion, model, full=False, hypotheses=FEW)
     assert len(asked) == 2
     assert found.diagnosis.verdict == "not_adequate"  # the jump is still there
     assert found.fit is found.first

@@ -22,7 +22,8 @@ from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.section import Section
 from sssi_exudyn.reports.sections.diagnosis import diagnosis_blocks
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
-from sssi_exudyn.validation.diagnosis.wording.description import _held_out, _where
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
+from sssi_exudyn.validation.diagnosis.wording.description import held_out_stretches, where_of
 
 SCHEMA = Path(__file__).parents[3] / "validation" / "diagnosis" / "diagnosis.schema.json"
 
@@ -114,24 +115,26 @@ def a_slalom() -> tuple[Array, Array]:
 
 def test_a_finding_names_the_phases_of_the_turns_that_it_covers() -> None:
     time, path = a_slalom()
-    fitted: Any = SimpleNamespace(run=SimpleNamespace(time=time, com=path))
+    fitted: Any = SimpleNamespace(run=SimpleNamespace(time=time, com=path), thresholds=THRESHOLDS)
     turn = find_turns(time, path).turns[1]
     begin, end = turn.phases["control"]
-    assert _where((begin, end), fitted).phase == ("control",)
-    assert _where((begin, turn.end), fitted).phase == ("control", "completion")
-    assert _where((begin, turn.end), fitted).turns == (2,)
-    assert _where((begin, turn.end + 0.5), fitted).turns == (2, 3)
-    whole = _where((begin, end), fitted)
+    assert where_of((begin, end), fitted).phase == ("control",)
+    assert where_of((begin, turn.end), fitted).phase == ("control", "completion")
+    assert where_of((begin, turn.end), fitted).turns == (2,)
+    assert where_of((begin, turn.end + 0.5), fitted).turns == (2, 3)
+    whole = where_of((begin, end), fitted)
     assert whole.distance_m[1] - whole.distance_m[0] == pytest.approx(10.0 * (end - begin), rel=1e-3)  # at 10 m/s
 
 
 def test_a_stretch_that_was_left_out_stands_for_the_turn_of_which_it_covers_most() -> None:
     time, path = a_slalom()
     fixes = np.arange(0.0, 9.0, 1.0)
-    fitted: Any = SimpleNamespace(run=SimpleNamespace(time=time, com=path), measurements=SimpleNamespace(fixes=fixes))
+    fitted: Any = SimpleNamespace(
+        run=SimpleNamespace(time=time, com=path), measurements=SimpleNamespace(fixes=fixes), thresholds=THRESHOLDS
+    )
     turn = find_turns(time, path).turns[1]
     folds = [(0.0, 0.5), (0.5, 0.9), (turn.start + 0.3, turn.end + 0.3)]
-    first, second = _held_out(fitted, folds, np.full(9, 0.4), fixes)
+    first, second = held_out_stretches(fitted, folds, np.full(9, 0.4), fixes)
     assert (first.turn, first.before_m, first.after_m) == (None, 0.4, 0.0)
     inside = fixes[(fixes >= turn.start + 0.3) & (fixes < turn.end + 0.3)]
     assert (second.turn, second.after_m) == (2, np.mean(inside))

@@ -18,6 +18,7 @@ import numpy as np
 from sssi_exudyn.analysis.turns import edge_changes
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.fitting.observations import Measurements
 from sssi_exudyn.model.faults import Sensor
@@ -25,13 +26,10 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun
 from sssi_exudyn.simulation.reduced.sensitivities import responses_to_additions
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Kind, Number
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
-_CELL: Final = 0.4
-"""s; the finest division of a run in the search for a place."""
-_MOST_CELLS: Final = 48
-"""Cells at most."""
-_FAULTY: Final = 3.0
-"""Standard deviations that an instrument states, beyond which it is at fault."""
+_LEAST_CELLS: Final = 4
+"""Cells of the shortest run: with fewer no stretch has a beginning and an end."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +38,7 @@ class FittedRun:
 
     prediction : (N,) what the instruments would measure of it, by the reduced model
     stated : standard deviations of the model's numbers, as their instruments state them
+    thresholds : the chosen numbers of the search
     """
 
     model: Model
@@ -47,13 +46,14 @@ class FittedRun:
     run: ReducedRun
     measurements: Measurements
     prediction: Array
-    stated: Mapping[str, float] = field(default_factory=dict)
+    stated: Mapping[NumberRef, float] = field(default_factory=dict)
+    thresholds: Thresholds = THRESHOLDS
 
     @property
     def time_edges(self) -> Array:
         """Edges of the cells in time (s)."""
         begin, end = float(self.run.time[0]), float(self.run.time[-1])
-        count = int(np.clip(round((end - begin) / _CELL), 4, _MOST_CELLS))
+        count = min(max(round((end - begin) / self.thresholds.cell), _LEAST_CELLS), self.thresholds.most_cells)
         return np.linspace(begin, end, count + 1)
 
     @property
@@ -61,7 +61,7 @@ class FittedRun:
         """Edges of the cells along the fall line (m); every cell takes some time to pass."""
         f = np.maximum.accumulate(self.run.foot_position[..., 0].mean(axis=1))
         edges = np.interp(self.time_edges, self.run.time, f)
-        return np.asarray(edges[np.concatenate([[True], np.diff(edges) > 0.2])])
+        return np.asarray(edges[np.concatenate([[True], np.diff(edges) > self.thresholds.cell_length])])
 
     def time_at(self, f: float) -> float:
         """Time (s) at which the skier passes the place f (m) along the fall line."""
@@ -79,7 +79,7 @@ class Probe:
     """A model to which a hypothesis is added, all amplitudes zero, and the name of its number that is the amplitude."""
 
     model: Model
-    number: str
+    number: NumberRef
 
 
 @dataclass(frozen=True)
@@ -95,16 +95,18 @@ class Candidate:
 
     model: Model
     free: Freedom
-    amplitudes: tuple[tuple[str, ...], ...]
-    places: dict[str, float] = field(default_factory=dict)
+    amplitudes: tuple[tuple[NumberRef, ...], ...]
+    places: dict[NumberRef, float] = field(default_factory=dict)
     window: tuple[float, float] | None = None
 
     @property
-    def strengths(self) -> set[str]:
+    def strengths(self) -> set[NumberRef]:
         """All names in ``amplitudes``."""
         return {name for group in self.amplitudes for name in group}
 
 
+Shifts = tuple[Mapping[NumberRef, float], ...]
+"""By how much numbers of a model would be larger, one mapping a way in which they may be."""
 Numbers = Mapping[str, Number]
 """Fitted numbers of a hypothesis by their names in its term or fault."""
 
@@ -169,7 +171,7 @@ class Hypothesis(ABC):
         """The same in a coach's words and sizes, without symbols; where ``sentence`` has none, it does."""
         return self.sentence(numbers, model)
 
-    def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> tuple[Mapping[str, float], ...]:
+    def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> Shifts:
         """By how much the model's numbers, by their names, would be larger, were another part of the run, or another
         ski, the usual one: of each that fits alike.  None where the usual can be distinguished.
         """
@@ -222,7 +224,7 @@ def name_in_model(model: Model, part: Term | Sensor) -> str:
 def probes_by(model: Model, part: Term | Sensor, keys: Sequence[str]) -> list[Probe]:
     """Probes by the numbers ``keys`` of a part that is added to the model."""
     extended, owner = add_part(model, part), name_in_model(model, part)
-    return [Probe(extended, f"{owner}.{key}") for key in keys]
+    return [Probe(extended, NumberRef.of(owner, key)) for key in keys]
 
 
 def responses_of(probes: Sequence[Probe], prepared: Prepared, measurements: Measurements) -> Array:
@@ -261,7 +263,7 @@ class Everywhere(Hypothesis):
             return []  # of an instrument that the recording lacks
         part = self.part(fitted)
         owner = name_in_model(fitted.model, part)
-        names = tuple((f"{owner}.{key}",) for key, _ in self.amplitudes)
+        names = tuple((NumberRef.of(owner, key),) for key, _ in self.amplitudes)
         return [Candidate(add_part(fitted.model, part), Freedom(responses, self.scales), names)]
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:
@@ -302,7 +304,7 @@ class KnownNumber(Hypothesis):
 
     kind = "sensor"
     moves_all = True
-    number: ClassVar[str]
+    number: ClassVar[NumberRef]
     scale: ClassVar[float]
 
     def probes(self, fitted: FittedRun) -> list[Probe]:
@@ -313,7 +315,7 @@ class KnownNumber(Hypothesis):
 
     def usual(self, fitted: FittedRun) -> float:
         """Its usual size in a run: ``scale``, or more where the instrument states that it may be off by more."""
-        return max(self.scale, _FAULTY * fitted.stated.get(self.number, 0.0))
+        return max(self.scale, fitted.thresholds.faulty * fitted.stated.get(self.number, 0.0))
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:
         return None
@@ -360,7 +362,7 @@ class InTime(Hypothesis):
         return [probe for key in self.keys for part in cells for probe in probes_by(fitted.model, part, [key])]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        edges, found = fitted.time_edges, []
+        edges, candidates = fitted.time_edges, []
         cells, count = len(edges) - 1, len(self.keys)
         shaped = responses.reshape(len(responses), count, cells)
         spread = float(edges[1] - edges[0])
@@ -369,16 +371,30 @@ class InTime(Hypothesis):
             part = self.part(float(edges[i]), float(edges[j]), rise)
             owner = name_in_model(fitted.model, part)
             profile = self.profile((np.arange(j - i) + 0.5) / (j - i), rise)
-            found.append(
+            candidates.append(
                 Candidate(
                     add_part(fitted.model, part),
                     Freedom(shaped[:, :, i:j] @ profile, np.full(count, self.scale)),
-                    tuple((f"{owner}.{key}",) for key in self.keys),
-                    {f"{owner}.t0": spread, f"{owner}.t1": spread},
+                    tuple((NumberRef.of(owner, key),) for key in self.keys),
+                    {NumberRef.of(owner, "t0"): spread, NumberRef.of(owner, "t1"): spread},
                     (float(edges[i]), float(edges[j])),
                 )
             )
-        return found
+        return candidates
+
+
+class FreeFormForce(InTime):
+    """A force without a law: for a while as its term has it, and in the place of a law in any form.
+
+    Its three amplitudes are newtons down the fall line, to the left and away from the snow.
+    """
+
+    def in_cells(self, force: Array, edges: Array) -> list[Term]:
+        """Return terms that act as the ``force`` (3, c) N in the cells between ``edges`` (c + 1,) s."""
+        return [
+            replace(self.cell(float(begin), float(end)), **dict(zip(self.keys, map(float, newtons), strict=True)))
+            for newtons, begin, end in zip(force.T, edges[:-1], edges[1:], strict=True)
+        ]
 
 
 class Terrain(Hypothesis):
@@ -410,18 +426,21 @@ class Terrain(Hypothesis):
         return [probe for part in parts for probe in probes_by(fitted.model, part, [self.amplitude])]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        found = []
+        candidates = []
         edges = fitted.place_edges
         for k, (f, width) in enumerate(self._spots(fitted)):
             part = self.part(f, width)
             owner = name_in_model(fitted.model, part)
-            found.append(
+            candidates.append(
                 Candidate(
                     add_part(fitted.model, part),
                     Freedom(responses[:, [k]], np.array([self.scale])),
-                    ((f"{owner}.{self.amplitude}",),),
-                    {f"{owner}.f0": 2.0 * float(edges[-1] - edges[0]) / len(edges), f"{owner}.width": width},
+                    ((NumberRef.of(owner, self.amplitude),),),
+                    {
+                        NumberRef.of(owner, "f0"): 2.0 * float(edges[-1] - edges[0]) / len(edges),
+                        NumberRef.of(owner, "width"): width,
+                    },
                     self.span(fitted, f, width),
                 )
             )
-        return found
+        return candidates

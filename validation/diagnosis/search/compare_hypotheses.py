@@ -6,10 +6,9 @@ noise as it is; the best are refitted with the real term or fault in the model, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from typing import Final
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import norm
@@ -36,125 +35,46 @@ from sssi_exudyn.runtime.cache import fingerprint
 from sssi_exudyn.runtime.threads import side_by_side
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Smallest
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, Hypothesis, responses_of
 from sssi_exudyn.validation.diagnosis.search.detectability import smallest_noticed
+from sssi_exudyn.validation.diagnosis.search.explanation import (
+    Explanation,
+    Nothing,
+    Refitted,
+    Round,
+    Screened,
+    rank_by_probability,
+)
 from sssi_exudyn.validation.diagnosis.search.physical_limits import log_possible
-from sssi_exudyn.validation.diagnosis.search.probabilities import SIZES, probabilities
 from sssi_exudyn.validation.diagnosis.state import State, fit_model, fitted_run, get_or_make, linear_model
-
-_FINALISTS: Final = 6
-_WORTHWHILE: Final = 12.0
-"""A hypothesis whose linear evidence is worse than the best by more than this is not refitted."""
-_FURTHER: Final = 2
-"""Further times at which a hypothesis is tried."""
-_HALF: Final = 0.5
-"""Share of the best candidate's gain that one at another time has for that."""
-_APART: Final = 0.2
-"""Of the time of two candidates together, what both act at most where they act at other times."""
-_STIFF: Final = 0.1
-"""Share of its usual waves that the snow surface has while a hypothesis about its shape is placed."""
-_HOPELESS: Final = -1.0
-"""Log Bayes factor under the noise of nothing below which other noise is not tried either."""
-_HOPEFUL: Final = 0.5
-"""Nor one that is less probable than nothing by as much."""
-
-
-@dataclass(frozen=True)
-class AnyForm:
-    """A force of any form in the place of a law.
-
-    share : what of the explanation's probability is this form
-    values : each of the fit's numbers there, with its standard deviation
-    free : how the force may vary, before the data speak
-    """
-
-    share: float
-    values: Mapping[str, tuple[float, float]]
-    free: Freedom
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """A hypothesis in a round, or that nothing is missing.
-
-    name : of the hypothesis; "" where nothing is added
-    log_evidence : with the noise's own prior, place and size integrated
-    probability : among all explanations of the round
-    candidate : where and what, its usual amplitudes times the size that suits best; None for nothing
-    elsewhere : at other times, of the same amplitudes, where a fit may end better
-    fit : None where it was not worth a refit
-    levels : of the noise under it
-    size : one of ``SIZES``
-    log_place : what searching all places adds to the log evidence of the best one, below 0
-    log_natural : of what shapes the snow: density of its size were it the slope's own, over that were it not
-    any_form : of the force that no known law explains, once it was weighed beside a law
-    """
-
-    name: str
-    log_evidence: float
-    probability: float
-    candidate: Candidate | None
-    fit: Refit | None
-    levels: NoiseLevels
-    size: float = 1.0
-    log_place: float = 0.0
-    log_natural: float = -np.inf
-    any_form: AnyForm | None = None
-    elsewhere: tuple[Candidate, ...] = ()
-
-
-@dataclass(frozen=True)
-class Round:
-    """All explanations, the most probable first, and what they were compared on.
-
-    responses : (N, probes) by the names of the hypotheses, a unit of amplitude
-    noticed : by their names, from which size on each would have been noticed
-    explained : log evidence that earlier findings brought
-    """
-
-    explanations: tuple[Explanation, ...]
-    linear: LinearModel
-    base: Refit
-    fitted: FittedRun
-    responses: dict[str, Array]
-    noticed: dict[str, Smallest]
-    explained: float = 0.0
-
-    @property
-    def nothing(self) -> Explanation:
-        """That nothing more is missing."""
-        return next(each for each in self.explanations if not each.name)
-
-    @property
-    def best(self) -> Explanation:
-        """The most probable one that adds something."""
-        return next(each for each in self.explanations if each.name)
+from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
 
 
 def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> Round:
-    """Compare all hypotheses on the fitted model ``base``."""
+    """Compare all hypotheses of the problem on the fitted model ``base``."""
     fitted = fitted_run(problem, state, base)
     linear = linear_model(problem, state, base)
     levels, evidence = best_levels(linear, state.levels)
-    nothing = Explanation("", evidence, 0.0, None, base, levels)
+    nothing = Nothing(evidence, levels, base)
     responses = _responses_by_name(problem, fitted)
 
     uncertainty = uncertain(linear, state.levels)
 
-    def compare(hypothesis: Hypothesis) -> tuple[Explanation, Smallest] | None:
+    def compare(hypothesis: Hypothesis) -> tuple[Screened, Smallest] | None:
         candidates = hypothesis.candidates(fitted, responses[hypothesis.name])
         if not candidates:
             return None
         known = overlaps(linear, state.levels, uncertainty, [candidate.free for candidate in candidates])
-        explanation = _compare_candidates(state, linear, hypothesis, candidates, known, evidence)
-        return explanation, smallest_noticed(hypothesis, candidates, known[0])
+        explanation = _screen(state, linear, hypothesis, candidates, known, evidence, problem.thresholds)
+        return explanation, smallest_noticed(hypothesis, candidates, known[0], problem.hypotheses, problem.thresholds)
 
-    compared = [pair for pair in side_by_side(compare, HYPOTHESES) if pair is not None]
+    compared = [pair for pair in side_by_side(compare, problem.hypotheses) if pair is not None]
     noticed = {explanation.name: smallest for explanation, smallest in compared}
     explained = 0.0 if state.first_evidence is None else max(0.0, evidence - state.first_evidence)
-    found = [nothing, *_refit_best(problem, state, base, fitted, nothing, [explanation for explanation, _ in compared])]
-    return Round(rank_by_probability(found, explained), linear, base, fitted, responses, noticed, explained)
+    screened = [explanation for explanation, _ in compared]
+    explanations: list[Explanation] = [nothing, *_refit_best(problem, state, base, fitted, nothing, screened)]
+    ranked = rank_by_probability(explanations, explained, fitted)
+    return Round(ranked, linear, base, fitted, responses, noticed, explained)
 
 
 def extended_parameters(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], tuple[Parameter, ...]]:
@@ -184,7 +104,7 @@ def _before(model: Model, extended: Model, name: str) -> float:
 def _responses_by_name(problem: DiagnosisProblem, fitted: FittedRun) -> dict[str, Array]:
     """(N, probes) of every hypothesis, a unit of amplitude."""
     problem.progress(None, "the response to every hypothesis")
-    by_name = {hypothesis.name: hypothesis.probes(fitted) for hypothesis in HYPOTHESES}
+    by_name = {hypothesis.name: hypothesis.probes(fitted) for hypothesis in problem.hypotheses}
     probes = [probe for some in by_name.values() for probe in some]
     key = fingerprint("probes", problem.key, [(model_to_dict(p.model), p.number) for p in probes])
     shapes = {"columns": (len(fitted.prediction), len(probes))}
@@ -196,42 +116,42 @@ def _responses_by_name(problem: DiagnosisProblem, fitted: FittedRun) -> dict[str
     return dict(zip(by_name, np.split(columns, ends[:-1], axis=1), strict=True))
 
 
-def _compare_candidates(
+def _screen(
     state: State,
     linear: LinearModel,
     hypothesis: Hypothesis,
     candidates: list[Candidate],
     known: tuple[Array, Array],
     nothing: float,
-) -> Explanation:
+    thresholds: Thresholds,
+) -> Screened:
     """A hypothesis by its candidates' linear responses, whose ``overlaps`` are ``known``: the best of them, all others
-    counted as places searched.
+    counted as places searched; ``nothing`` is the log evidence of nothing missing.
     """
-    by_size = log_factors(*known, SIZES)[..., 0]
-    factors = np.logaddexp.reduce(by_size, axis=0) - np.log(len(SIZES))
+    sizes = thresholds.sizes
+    by_size = log_factors(*known, sizes)[..., 0]
+    factors = np.logaddexp.reduce(by_size, axis=0) - np.log(len(sizes))
     best = int(np.argmax(factors))
     places = float(np.logaddexp.reduce(factors) - np.log(len(factors)) - factors[best])
     size = int(np.argmax(by_size[:, best]))
     spread = float(factors[best] - by_size[size, best])
-    chosen = _scale(candidates[best], SIZES[size])
+    chosen = _scale(candidates[best], sizes[size])
     levels, evidence = state.levels, nothing + float(by_size[size, best])
-    if by_size[size, best] > _HOPELESS:
+    if by_size[size, best] > thresholds.hopeless:
         levels, evidence = best_levels(linear, state.levels, chosen.free)
-    elsewhere = tuple(_scale(candidates[i], SIZES[size]) for i in _at_other_times(candidates, factors, best))
-    return Explanation(
-        hypothesis.name,
-        evidence + places + spread,
-        0.0,
+    other_times = _at_other_times(candidates, factors, best, thresholds)
+    return Screened(
+        hypothesis,
         chosen,
-        None,
+        evidence + places + spread,
         levels,
-        size=SIZES[size],
+        size=sizes[size],
         log_place=places,
-        elsewhere=elsewhere,
+        elsewhere=tuple(_scale(candidates[i], sizes[size]) for i in other_times),
     )
 
 
-def _at_other_times(candidates: Sequence[Candidate], factors: Array, best: int) -> list[int]:
+def _at_other_times(candidates: Sequence[Candidate], factors: Array, best: int, thresholds: Thresholds) -> list[int]:
     """The best candidates that act when better ones do not, by all candidates' log Bayes ``factors``; none where the
     gain is small.
 
@@ -239,12 +159,12 @@ def _at_other_times(candidates: Sequence[Candidate], factors: Array, best: int) 
     beginning, and a fit does not go from one to the other.
     """
     chosen = [best]
-    if factors[best] < _WORTHWHILE:
+    if factors[best] < thresholds.worthwhile:
         return []
     for i in np.argsort(-factors):
-        if factors[i] < _HALF * factors[best] or len(chosen) > _FURTHER:
+        if factors[i] < thresholds.half_explained * factors[best] or len(chosen) > thresholds.further_times:
             break
-        if all(_in_common(candidates[i], candidates[j]) < _APART for j in chosen):
+        if all(_in_common(candidates[i], candidates[j]) < thresholds.apart for j in chosen):
             chosen.append(int(i))
     return chosen[1:]
 
@@ -262,30 +182,38 @@ def _refit_best(
     state: State,
     base: Refit,
     fitted: FittedRun,
-    nothing: Explanation,
-    linearly: list[Explanation],
-) -> list[Explanation]:
+    nothing: Nothing,
+    screened: list[Screened],
+) -> list[Screened]:
     """The hypotheses by their linear evidence, the most probable of them refitted with the real term."""
-    ranked = sorted(linearly, key=lambda each: -each.log_evidence)
-    gain = max(ranked[0].log_evidence - nothing.log_evidence, 0.0)
-    # far from the truth responses are not linear: whoever explains half of it may explain it best
-    least = max(nothing.log_evidence - _HOPEFUL, nothing.log_evidence + gain - max(_WORTHWHILE, 0.5 * gain))
-    finalists = [each for each in ranked[:_FINALISTS] if each.log_evidence > least]
-    if gain > _WORTHWHILE:
-        unlike = [each for each in ranked if BY_NAME[each.name].moves_all or BY_NAME[each.name].kind == "unexplained"]
-        finalists += [each for each in unlike if each not in finalists]
-    finalists += [each for each in ranked if BY_NAME[each.name].always_refitted(fitted) and each not in finalists]
+    ranked = sorted(screened, key=lambda each: -each.log_evidence)
+    finalists = _finalists(ranked, nothing, fitted, problem.thresholds)
     if finalists:
         problem.progress(None, f"refitting with {', '.join(each.name for each in finalists)}")
     fits = side_by_side(lambda each: _refit_with(problem, state, base, fitted, each), finalists)
     return [*fits, *(each for each in ranked if each not in finalists)]
 
 
+def _finalists(
+    ranked: Sequence[Screened], nothing: Nothing, fitted: FittedRun, thresholds: Thresholds
+) -> list[Screened]:
+    """Those that are worth a fit, of all hypotheses ``ranked`` by their linear evidence."""
+    gain = max(ranked[0].log_evidence - nothing.log_evidence, 0.0)
+    # far from the truth responses are not linear: what explains half of it may explain it best
+    short = max(thresholds.worthwhile, (1.0 - thresholds.half_explained) * gain)
+    least = max(nothing.log_evidence - thresholds.hopeful, nothing.log_evidence + gain - short)
+    finalists = [each for each in ranked[: thresholds.finalists] if each.log_evidence > least]
+    if gain > thresholds.worthwhile:
+        unlike = [each for each in ranked if each.hypothesis.moves_all or each.hypothesis.kind == "unexplained"]
+        finalists += [each for each in unlike if each not in finalists]
+    return finalists + [each for each in ranked if each.hypothesis.always_refitted(fitted) and each not in finalists]
+
+
 def _refit_with(
-    problem: DiagnosisProblem, state: State, base: Refit, fitted: FittedRun, explanation: Explanation
-) -> Explanation:
-    candidate, hypothesis = explanation.candidate, BY_NAME[explanation.name]
-    assert candidate is not None
+    problem: DiagnosisProblem, state: State, base: Refit, fitted: FittedRun, explanation: Screened
+) -> Screened:
+    """The explanation with its real term fitted; as it was where that cannot be simulated."""
+    candidate, hypothesis, sizes = explanation.candidate, explanation.hypothesis, problem.thresholds.sizes
 
     def fit_from(candidate: Candidate, start: Model, levels: NoiseLevels = explanation.levels) -> Refit:
         parameters, places = extended_parameters(base, candidate)
@@ -296,9 +224,9 @@ def _refit_with(
         return fit.objective + log_volume(linear_model(problem, state, fit), explanation.levels)
 
     def best_fit(candidate: Candidate) -> Refit:
-        starts = [candidate.model, *_models_beside(candidate, hypothesis.sides(fitted))]
+        starts = [candidate.model, *_models_on_both_sides(candidate, hypothesis.sides(fitted))]
         if hypothesis.shapes_snow:
-            stiff = replace(explanation.levels, surface=_STIFF * explanation.levels.surface)
+            stiff = replace(explanation.levels, surface=problem.thresholds.stiff * explanation.levels.surface)
             starts = [fit_from(candidate, candidate.model, stiff).model]
         return min((fit_from(candidate, start) for start in starts), key=misfit)
 
@@ -313,7 +241,7 @@ def _refit_with(
     try:
         # how strong it is shows only now that it stands where it acts
         by_size = evidence_by_size(problem, state, base, explanation, fit)
-        size = SIZES[int(np.argmax(by_size))]
+        size = sizes[int(np.argmax(by_size))]
         if size != explanation.size:
             candidate = _scale(candidate, size / explanation.size)
             fit = fit_from(candidate, fit.model)
@@ -325,36 +253,37 @@ def _refit_with(
 
 
 def weigh_refit(
-    problem: DiagnosisProblem, state: State, base: Refit, explanation: Explanation, fit: Refit, by_size: Array
-) -> Explanation:
+    problem: DiagnosisProblem, state: State, base: Refit, explanation: Screened, fit: Refit, by_size: Array
+) -> Refitted:
     """The explanation by its evidence about ``fit``, none where that is physically impossible; ``by_size`` is its
     ``evidence_by_size`` there.
     """
-    assert explanation.candidate is not None
     there = _fix_places(base, explanation.candidate, fit)
     placed = linear_model(problem, state, there)
     levels, evidence = best_levels(placed, explanation.levels)
-    possible = log_possible(BY_NAME[explanation.name], explanation.candidate, there, placed, levels)
+    possible = log_possible(explanation.hypothesis, explanation.candidate, there, placed, levels)
+    refitted = replace(explanation.with_fit(fit), levels=levels)
     if possible == -np.inf:
-        return replace(explanation, log_evidence=-np.inf, fit=fit)
-    spread = float(np.logaddexp.reduce(by_size) - np.log(len(SIZES)) - by_size[SIZES.index(explanation.size)])
+        return replace(refitted, log_evidence=-np.inf, levels=explanation.levels)
+    sizes = problem.thresholds.sizes
+    spread = float(np.logaddexp.reduce(by_size) - np.log(len(sizes)) - by_size[sizes.index(explanation.size)])
     return replace(
-        explanation,
+        refitted,
         log_evidence=evidence + spread + explanation.log_place + possible,
-        fit=fit,
-        levels=levels,
-        log_natural=_log_natural(problem, explanation, fit, levels),
+        log_natural=-np.inf if problem.ground is None else log_natural(problem.ground.amplitude, refitted),
     )
 
 
-def _log_natural(problem: DiagnosisProblem, explanation: Explanation, fit: Refit, levels: NoiseLevels) -> float:
-    """``Explanation.log_natural``; the slope's waves are those that the explanation leaves."""
-    hypothesis, candidate = BY_NAME[explanation.name], explanation.candidate
-    if not hypothesis.shapes_snow or problem.ground is None or candidate is None:
+def log_natural(amplitude: float, explanation: Refitted) -> float:
+    """Return ``Screened.log_natural`` on a slope whose usual waves are ``amplitude`` (m) high; they are as much larger
+    as the explanation leaves them.
+    """
+    hypothesis, candidate = explanation.hypothesis, explanation.candidate
+    if not hypothesis.shapes_snow:
         return -np.inf
-    found = fit.model.value(candidate.amplitudes[0][0])
-    usual, natural = candidate.free.scales[0], hypothesis.natural * levels.surface * problem.ground.amplitude
-    return float(norm.logpdf(found, scale=natural) - norm.logpdf(found, scale=usual))
+    fitted_size = explanation.fit.model.value(candidate.amplitudes[0][0])
+    usual, natural = candidate.free.scales[0], hypothesis.natural * explanation.levels.surface * amplitude
+    return float(norm.logpdf(fitted_size, scale=natural) - norm.logpdf(fitted_size, scale=usual))
 
 
 def _fix_places(base: Refit, candidate: Candidate, fit: Refit) -> Refit:
@@ -378,14 +307,13 @@ def without_law(
     return replace(linear, free=free), placed.parameters[:kept]
 
 
-def evidence_by_size(
-    problem: DiagnosisProblem, state: State, base: Refit, explanation: Explanation, fit: Refit
-) -> Array:
+def evidence_by_size(problem: DiagnosisProblem, state: State, base: Refit, explanation: Screened, fit: Refit) -> Array:
     """(sizes,) log evidence of the fit, were it usually of each size."""
-    candidate = explanation.candidate
-    assert candidate is not None
-    every = [_fix_places(base, _scale(candidate, size / explanation.size), fit) for size in SIZES]
-    return np.array([log_evidence(linear_model(problem, state, each), explanation.levels) for each in every])
+    fits = [
+        _fix_places(base, _scale(explanation.candidate, size / explanation.size), fit)
+        for size in problem.thresholds.sizes
+    ]
+    return np.array([log_evidence(linear_model(problem, state, each), explanation.levels) for each in fits])
 
 
 def _scale(candidate: Candidate, factor: float) -> Candidate:
@@ -393,21 +321,13 @@ def _scale(candidate: Candidate, factor: float) -> Candidate:
     return replace(candidate, free=Freedom(candidate.free.columns, factor * candidate.free.scales))
 
 
-def _models_beside(candidate: Candidate, sides: Sequence[float]) -> list[Model]:
-    """The candidate's model with its amplitudes so many of their usual sizes beside where it stands, within bounds."""
-    model, found = candidate.model, []
+def _models_on_both_sides(candidate: Candidate, sides: Sequence[float]) -> list[Model]:
+    """The candidate's model with its amplitudes so many of their usual sizes from where it stands, within bounds."""
+    model, models = candidate.model, []
     for side in sides:
         values = {}
         for group, scale in zip(candidate.amplitudes, candidate.free.scales, strict=True):
             for name in group:
                 values[name] = float(np.clip(model.value(name) + side * scale, *model.bounds(name)))
-        found.append(model.with_values(values))
-    return found
-
-
-def rank_by_probability(found: Sequence[Explanation], explained: float) -> tuple[Explanation, ...]:
-    """All explanations of a round with their probabilities, the most probable first."""
-    evidence, natural = (np.array([getattr(each, key) for each in found]) for key in ("log_evidence", "log_natural"))
-    odds = probabilities([each.name for each in found], evidence, explained, natural)
-    ranked = [replace(each, probability=float(p)) for each, p in zip(found, odds, strict=True)]
-    return tuple(sorted(ranked, key=lambda each: -each.probability))
+        models.append(model.with_values(values))
+    return models

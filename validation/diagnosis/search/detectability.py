@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
 
 import numpy as np
 from scipy.stats import chi2
@@ -11,34 +10,34 @@ from scipy.stats import chi2
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.observations import Measurements
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Adequacy, Smallest
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, Hypothesis
-from sssi_exudyn.validation.diagnosis.search.probabilities import NOTHING, STANDS_OUT, TEMPER
-
-_NOTICED: Final = (1.0 - STANDS_OUT) / STANDS_OUT
-"""Odds of an effect against nothing from which it is found."""
-_CHANCE: Final = 1e-3
-"""Probability that instruments as stated miss a right model by more than is allowed."""
-_STATED: Final = 2.0
-"""An instrument may be worse than it states by this factor."""
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
 
-def smallest_noticed(hypothesis: Hypothesis, candidates: Sequence[Candidate], information: Array) -> Smallest:
-    """The first amplitude of an effect that would be found as often as not, at the median of all its places.
+def smallest_noticed(
+    hypothesis: Hypothesis,
+    candidates: Sequence[Candidate],
+    information: Array,
+    hypotheses: Sequence[Hypothesis],
+    thresholds: Thresholds = THRESHOLDS,
+) -> Smallest:
+    """Return the first amplitude of an effect that would be found as often as not, at the median of all its places.
 
     information : (c, w, w) of the candidates' amplitudes, in usual sizes (``evidence.overlaps``)
+    hypotheses : all that it is compared with
 
     An amplitude a raises the log evidence by ½ a² g, of which places searched and other amplitudes take their part.
     """
-    share = (1.0 - NOTHING) * hypothesis.weight / sum(each.weight for each in HYPOTHESES)
+    share = (1.0 - thresholds.nothing) * hypothesis.weight / sum(each.weight for each in hypotheses)
     _, volume = np.linalg.slogdet(information + np.eye(information.shape[1]))
-    needed = np.log(_NOTICED * NOTHING / share) / TEMPER + 0.5 * volume + np.log(len(candidates))
+    odds = (1.0 - thresholds.stands_out) / thresholds.stands_out * thresholds.nothing / share
+    needed = np.log(odds) / thresholds.temper + 0.5 * volume + np.log(len(candidates))
     size = float(np.median(np.sqrt(2.0 * needed / np.maximum(information[:, 0, 0], 1e-12))))
     name, first = candidates[0].amplitudes[0][0], candidates[0]
-    return Smallest(name.partition(".")[2], size * float(first.free.scales[0]), first.model.about(name).unit)
+    return Smallest(name.key, size * float(first.free.scales[0]), first.model.about(name).unit)
 
 
-def adequacy(residual: Array, measurements: Measurements) -> Adequacy:
+def adequacy(residual: Array, measurements: Measurements, thresholds: Thresholds = THRESHOLDS) -> Adequacy:
     """Whether a track that is missed by ``residual`` (N,) could be a right model's, by what the instruments state.
 
     Errors of a receiver last for seconds, so that a run holds but a few of them.
@@ -48,5 +47,5 @@ def adequacy(residual: Array, measurements: Measurements) -> Adequacy:
     missed = float(np.sqrt(np.sum(squares) / np.sum(measurements.counts)))
     lasts = float(measurements.fixes[-1] - measurements.fixes[0])
     independent = 2.0 * (1.0 + lasts / (2.0 * noise.correlation_time))
-    worst = float(np.sqrt(2.0 * chi2.ppf(1.0 - _CHANCE, independent) / independent))
-    return Adequacy(missed, _STATED * measurements.gps_sigma * worst)
+    worst = float(np.sqrt(2.0 * chi2.ppf(1.0 - thresholds.miss_by_chance, independent) / independent))
+    return Adequacy(missed, thresholds.worse_than_stated * measurements.gps_sigma * worst)

@@ -1,29 +1,42 @@
 """A force of any form in the place of a law, about its own estimate.
 
-About the estimate with a law, responses are not those about one in which a force does the same: taken from there, a
-force that follows any course lost 5 to 20 of log evidence, more than two names differ by.  So the force that is found
-there acts in the model, cell by cell, friction is fitted beside it, and it is found again about that; where force and
-law are about as probable, posture and snow surface are estimated with the force, too, as they were with the law.
+What a listed law does, one that is not listed may do as well.  About the estimate with the law, where responses are
+linear, the law is taken out and a latent force (``missing_force``) put in.  How probable the measurements are so says
+how sure the law's name can be; and what friction would be then is less certain, as a force along the path does what
+friction does.
+
+Responses about the law's estimate are not those about one in which a force does the same: taken from there, a force
+that follows any course lost 5 to 20 of log evidence, more than two names differ by.  So the force acts in the model,
+cell by cell, friction is fitted with it, and it is found again about that.  Where force and law are about as probable,
+posture and snow surface are estimated with the force, too, as they were with the law.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Final
 
-from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
+import numpy as np
+
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import LinearModel
-from sssi_exudyn.fitting.linear_fit import Refit, linear_values, with_parameters
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_posterior, uncertain, whiten_columns
+from sssi_exudyn.fitting.linear_fit import linear_values, with_parameters
 from sssi_exudyn.fitting.noise import NoiseLevels
-from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE
-from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import responses_of
-from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import AnyForm, Explanation, Round, without_law
-from sssi_exudyn.validation.diagnosis.search.unlisted_force import ForceOfAnyForm, unlisted_force
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, FreeFormForce, responses_of
+from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import without_law
+from sssi_exudyn.validation.diagnosis.search.explanation import FreeForm, Refitted, Round
+from sssi_exudyn.validation.diagnosis.search.missing_force import (
+    DIRECTIONS,
+    along_course,
+    course_of,
+    forms_of,
+    gain_of,
+    half_each,
+)
 from sssi_exudyn.validation.diagnosis.state import (
-    State,
+    Reestimate,
     estimate_again,
     fit_model,
     fitted_run,
@@ -31,54 +44,83 @@ from sssi_exudyn.validation.diagnosis.state import (
     model_without,
 )
 
-_TIMES: Final = 2
-"""How often the force is found again: a third time moves its evidence by 0.2."""
-_CLOSE: Final = 6.0
-"""Log evidence apart within which an estimate of the posture decides between force and law: it moves the force's by 1
-to 3, seldom by 6."""
+_NEGLIGIBLE: Final = 1e-9
+"""Share of the largest variance below which a direction of the force is rounding."""
 
 
-def weigh_any_form(
-    problem: DiagnosisProblem, state: State, latest: Round, law: Explanation, fit: Refit, *, full: bool
-) -> tuple[float, AnyForm]:
-    """Log evidence of a force of any form in the place of the ``law`` that ``fit`` is an estimate with, and what else
-    there is to say of it, all of its explanation.
+@dataclass(frozen=True)
+class ForceOfAnyForm:
+    """What measurements know of a force of any form.
+
+    log_evidence : averaged over the forms
+    force : (3, c) N down the fall line, to the left and away from the snow in cells of time, of the most probable form
+    free : the most probable form before the data speak, its directions with their standard deviations
     """
-    assert law.candidate is not None
+
+    log_evidence: float
+    force: Array
+    free: Freedom
+
+
+def force_of_any_form(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, responses: Array) -> ForceOfAnyForm:
+    """Return what measurements know of a force that explains what a law did.
+
+    linear : about an estimate, its residual as if no such force acted;  responses : as in ``missing_force``
+    """
+    columns = along_course(fitted, responses)
+    known, white = uncertain(linear, levels), whiten_columns(linear, levels, columns)
+    gram, pull = white.T @ known.remove_from(white), white.T @ known.remove_from(known.residual)
+    forms = forms_of(fitted, 1)
+    gains = [[gain_of(form, gram, pull) for form in some] for some in forms]
+    (gain, _), best = max(zip(chain(*gains), chain(*forms), strict=True), key=lambda pair: pair[0][1])
+    along, across, normal = (gain @ pull).reshape(len(DIRECTIONS), -1)
+    cosine, sine = course_of(fitted)
+    sizes, directions = np.linalg.eigh(best)
+    kept = sizes > _NEGLIGIBLE * sizes[-1]
+    without = log_posterior(linear, levels)
+    return ForceOfAnyForm(
+        log_evidence=without + half_each(*([factor for _, factor in some] for some in gains)),
+        force=np.stack([along * cosine - across * sine, along * sine + across * cosine, normal]),
+        free=Freedom(columns @ directions[:, kept], np.sqrt(sizes[kept])),
+    )
+
+
+def weigh_free_form(
+    hypothesis: FreeFormForce, about: Reestimate, latest: Round, law: Refitted, *, full: bool
+) -> tuple[float, FreeForm]:
+    """Return the log evidence of a force of any form in the place of the ``law``, and its numbers.
+
+    about : the estimate with the law;  latest : the round in which both are compared
+    """
+    problem, state, fit = about.problem, about.state, about.fit
     levels, bare = law.levels, model_without(problem, fit.model, law.candidate)
     linear, parameters = without_law(problem, state, latest.base, law.candidate, fit)
-    found = unlisted_force(linear, levels, latest.fitted, latest.responses[LATENT_FORCE.name])
+    edges, thresholds = latest.fitted.time_edges, problem.thresholds
+    known = force_of_any_form(linear, levels, latest.fitted, latest.responses[hypothesis.name])
     try:
-        for _ in range(_TIMES):
-            force = found.force
-            acting = replace(bare, terms=(*bare.terms, *_in_cells(force, latest.fitted.time_edges)))
+        for _ in range(thresholds.force_repeats):
+            force = known.force
+            acting = replace(bare, terms=(*bare.terms, *hypothesis.in_cells(force, edges)))
             fit = fit_model(problem, state, acting, parameters, levels)
             bare = with_parameters(bare, parameters, fit.values)
-            linear, found = _find_again(problem, state, fit, force, levels)
-        if abs(found.log_evidence - law.log_evidence) < _CLOSE:
-            problem, state, fit = estimate_again(problem, replace(state, levels=levels), fit, full=full)
-            linear, found = _find_again(problem, state, fit, force, state.levels)
-            levels = state.levels
+            linear, known = _find_again(hypothesis, Reestimate(problem, state, fit), force, levels)
+        if abs(known.log_evidence - law.log_evidence) < thresholds.force_close:
+            about = Reestimate(*estimate_again(problem, replace(state, levels=levels), fit, full=full))
+            linear, known = _find_again(hypothesis, about, force, about.state.levels)
+            levels = about.state.levels
     except SimulationDiverged as error:
         problem.progress(None, f"a force of any form is as it was found last: {error}")
-    linear = replace(linear, free=linear.free.with_more(found.free.columns, found.free.scales))
-    first = len(linear.free.scales) - len(found.free.scales) - len(parameters)
-    return found.log_evidence, AnyForm(1.0, linear_values(linear, levels, parameters, first), found.free)
-
-
-def _in_cells(force: Array, edges: Array) -> list[UnexplainedForce]:
-    """Terms that act as the force (3, c) N in its cells between ``edges`` (c + 1,) s."""
-    return [
-        UnexplainedForce(*map(float, (*by_slope, begin, end)))
-        for by_slope, begin, end in zip(force.T, edges[:-1], edges[1:], strict=True)
-    ]
+    linear = replace(linear, free=linear.free.with_more(known.free.columns, known.free.scales))
+    first = len(linear.free.scales) - len(known.free.scales) - len(parameters)
+    return known.log_evidence, FreeForm(1.0, linear_values(linear, levels, parameters, first), known.free)
 
 
 def _find_again(
-    problem: DiagnosisProblem, state: State, fit: Refit, force: Array, levels: NoiseLevels
+    hypothesis: FreeFormForce, about: Reestimate, force: Array, levels: NoiseLevels
 ) -> tuple[LinearModel, ForceOfAnyForm]:
     """The force found about a fit in whose model ``force`` (3, c) acts, and the linear model that it was found by."""
-    fitted, linear = fitted_run(problem, state, fit), linear_model(problem, state, fit)
-    responses = responses_of(LATENT_FORCE.probes(fitted), fitted.prepared, fitted.measurements)
+    fitted = fitted_run(about.problem, about.state, about.fit)
+    linear = linear_model(about.problem, about.state, about.fit)
+    responses = responses_of(hypothesis.probes(fitted), fitted.prepared, fitted.measurements)
     linear = replace(linear, residual=linear.residual + responses @ force.ravel())
-    return linear, unlisted_force(linear, levels, fitted, responses)
+    return linear, force_of_any_form(linear, levels, fitted, responses)

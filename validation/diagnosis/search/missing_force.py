@@ -32,21 +32,13 @@ from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.observations import averages, total_and_difference
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
 DIRECTIONS: Final = ("along", "across", "normal")
-_SIZE: Final = 60.0
-_SIZES: Final = (20.0, _SIZE, 180.0)
-"""N; of a missing force, before the data speak: usual, and those that are tried."""
-_CORRELATION: Final = 0.8
-_CORRELATIONS: Final = (0.3, _CORRELATION, 2.0, 6.0)
-"""s over which it keeps its direction, likewise; the longest is of what grows along a run."""
-FALSE_DISCOVERIES: Final = 0.05
 PLACEBOS: Final = 19
 """A finding that beats all of them is one that chance gives in one of twenty."""
 PLACEBO_SEED: Final = 0
 """Of their forces."""
-_WINDOWS: Final = (1, 3, 6)
-"""Cells of the windows in which a force may stand out."""
 
 
 @dataclass(frozen=True)
@@ -88,14 +80,14 @@ class MissingForce:
 
     def stretches(self) -> list[tuple[float, float]]:
         """Windows (s) in which some direction stands out, neighbours joined."""
-        found: list[tuple[float, float]] = []
+        windows: list[tuple[float, float]] = []
         for k in np.flatnonzero(self.stands_out.any(axis=1)):
             begin, end = float(self.edges[k]), float(self.edges[k + 1])
-            if found and begin - found[-1][1] < 1e-9:
-                found[-1] = (found[-1][0], end)
+            if windows and begin - windows[-1][1] < 1e-9:
+                windows[-1] = (windows[-1][0], end)
             else:
-                found.append((begin, end))
-        return found
+                windows.append((begin, end))
+        return windows
 
 
 def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, responses: Array) -> MissingForce:
@@ -111,20 +103,20 @@ def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, r
     def smooth(columns: Array, parts: int) -> _Smoothed:
         """A force of independent ``parts``, three directions each, by its columns (N, 3·parts·c)."""
         g = whiten_columns(linear, levels, columns)
-        return _smooth(g.T @ known.remove_from(g), g.T @ known.remove_from(known.residual), *forms_of(edges, parts))
+        return _smooth(g.T @ known.remove_from(g), g.T @ known.remove_from(known.residual), *forms_of(fitted, parts))
 
-    found = smooth(shaped, 1)
-    gain, gram, mean, band = found.gain, found.gram, found.mean, found.band
+    on_body = smooth(shaped, 1)
+    gain, gram, mean, band = on_body.gain, on_body.gram, on_body.mean, on_body.band
     under_noise = gain @ gram @ gain.T
-    score, out = _standing_out(mean.reshape(3, cells), under_noise, cells)
+    score, out = _standing_out(mean.reshape(3, cells), under_noise, fitted.thresholds)
     on_feet = None
     if len(fitted.measurements.windows):
-        carried = _carried_by_soles(fitted, course)
+        carried = carried_by_soles(fitted, course)
         each = smooth(np.hstack([shaped + carried[0], shaped + carried[1]]), 2)
         force, spread = (np.moveaxis(row.reshape(2, 3, cells), 2, 0) for row in (each.mean, each.band))
         on_feet = ForceOnFeet(force, spread, each.log_bayes_factor)
     return MissingForce(
-        edges, mean.reshape(3, cells).T, band.reshape(3, cells).T, score.T, out.T, found.log_bayes_factor, on_feet
+        edges, mean.reshape(3, cells).T, band.reshape(3, cells).T, score.T, out.T, on_body.log_bayes_factor, on_feet
     )
 
 
@@ -145,18 +137,21 @@ def along_course(fitted: FittedRun, responses: Array) -> Array:
     return np.hstack([by_f * cosine + by_l * sine, by_l * cosine - by_f * sine, by_n])
 
 
-def forms_of(edges: Array, parts: int) -> tuple[list[Array], list[Array]]:
-    """Covariances N², of every size and time, of forces of independent ``parts`` in cells between ``edges`` (c + 1,) s:
-    in all three directions, and in one of them alone.
+def forms_of(fitted: FittedRun, parts: int) -> tuple[list[Array], list[Array]]:
+    """Covariances N², of every size and time, of forces of independent ``parts`` in the run's cells: in all three
+    directions, and in one of them alone.
     """
+    edges, thresholds = fitted.time_edges, fitted.thresholds
     cells, middles = len(edges) - 1, 0.5 * (edges[1:] + edges[:-1])
-    alike = [latent_covariance(middles, size, time) for size in _SIZES for time in _CORRELATIONS]
+    alike = [
+        latent_covariance(middles, size, time) for size in thresholds.force_sizes for time in thresholds.force_memories
+    ]
     every = [np.asarray(np.kron(np.eye(parts) / parts, each), dtype=np.float64) for each in alike]
     ways = np.kron(np.eye(len(DIRECTIONS)), np.ones(cells))
     return every, [prior * np.outer(kept, kept) for kept in np.tile(ways, parts) for prior in every]
 
 
-def _carried_by_soles(fitted: FittedRun, course: Array) -> Array:
+def carried_by_soles(fitted: FittedRun, course: Array) -> Array:
     """(2, N, 3·c) what insoles show besides where a newton acts on the left or the right foot and not on the body,
     along and across the ``course`` (2, c) and normal to the snow in each cell: what of it is square to the sole, which
     is nothing along the ski.
@@ -173,13 +168,13 @@ def _carried_by_soles(fitted: FittedRun, course: Array) -> Array:
 def _readings(fitted: FittedRun, sole: Array, foot: int) -> Array:
     """(N, k) what the insoles show of forces (n, k) N square to one foot's sole, at the run's instants."""
     measurements = fitted.measurements
-    found = np.zeros((len(measurements.measured), sole.shape[1]))
+    readings = np.zeros((len(measurements.measured), sole.shape[1]))
     place = slice(measurements.blocks["load"].start, measurements.blocks["difference"].stop)
     for k, column in enumerate(averages(fitted.run.time, sole, measurements.windows).T):
         both = np.zeros((len(column), 2))
         both[:, foot] = column
-        found[place, k] = total_and_difference(insole_readings(fitted.model.sensors, both))
-    return found
+        readings[place, k] = total_and_difference(insole_readings(fitted.model.sensors, both))
+    return readings
 
 
 @dataclass(frozen=True)
@@ -225,8 +220,8 @@ def placebos(fitted: FittedRun, responses: Array) -> Array:
     """(N, ``PLACEBOS``) what forces do that are drawn at random, as large and as lasting as a missing one may be;
     ``responses`` as in ``missing_force``.
     """
-    edges = fitted.time_edges
-    lower = np.linalg.cholesky(latent_covariance(0.5 * (edges[1:] + edges[:-1]), _SIZE, _CORRELATION))
+    edges, usual = fitted.time_edges, (fitted.thresholds.placebo_size, fitted.thresholds.placebo_memory)
+    lower = np.linalg.cholesky(latent_covariance(0.5 * (edges[1:] + edges[:-1]), *usual))
     draws = np.random.default_rng(PLACEBO_SEED).normal(size=(lower.shape[0], PLACEBOS))
     return np.asarray(responses @ (lower @ draws))
 
@@ -239,29 +234,30 @@ def latent_covariance(middles: Array, size: float, time: float) -> Array:
     return np.asarray(np.kron(np.eye(3), size**2 * np.exp(-apart / time)))
 
 
-def _standing_out(force: Array, under_noise: Array, cells: int) -> tuple[Array, NDArray[np.bool_]]:
+def _standing_out(force: Array, under_noise: Array, thresholds: Thresholds) -> tuple[Array, NDArray[np.bool_]]:
     """(3, c) scores of single cells, and whether a cell is in a window whose mean stands out.
 
     Windows of several lengths are asked, since a force of a second or two is found better as a whole; the false
     discovery rate is held over all of them.
     """
+    cells = force.shape[1]
     asked, scores = [], []
     for direction in range(3):
-        for length in _WINDOWS:
+        for length in thresholds.windows:
             for begin in range(cells - length + 1):
                 part = slice(direction * cells + begin, direction * cells + begin + length)
                 spread = float(np.sqrt(max(np.sum(under_noise[part, part]), 1e-12)))
                 asked.append((direction, begin, begin + length))
                 scores.append(float(np.sum(force[direction, begin : begin + length])) / spread)
-    found = discoveries(2.0 * ndtr(-np.abs(scores)))
+    discovered = discoveries(2.0 * ndtr(-np.abs(scores)), thresholds.false_discoveries)
     out = np.zeros((3, cells), dtype=bool)
-    for (direction, begin, end), hit in zip(asked, found, strict=True):
+    for (direction, begin, end), hit in zip(asked, discovered, strict=True):
         out[direction, begin:end] |= hit
     single = np.sqrt(np.maximum(np.diag(under_noise), 1e-12)).reshape(3, cells)
     return force / single, out
 
 
-def discoveries(p: Array, rate: float = FALSE_DISCOVERIES) -> NDArray[np.bool_]:
+def discoveries(p: Array, rate: float = THRESHOLDS.false_discoveries) -> NDArray[np.bool_]:
     """Which of the p-values (…) stand out with that expected share of false ones, however they depend on each other
     (Benjamini and Yekutieli 2001).
     """

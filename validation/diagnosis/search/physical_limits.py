@@ -54,8 +54,8 @@ def log_possible(
 
 def log_share(possible: Callable[[Array], bool], before: Array, after: Array) -> float:
     """Log of the share of what is ``possible`` of numbers drawn ``after`` measuring (n, k) over that ``before``."""
-    found = float(np.mean([possible(values) for values in after]))
-    if found == 0.0:
+    at_last = float(np.mean([possible(values) for values in after]))
+    if at_last == 0.0:
         return -np.inf
     at_first = float(np.mean([possible(values) for values in before]))
-    return float(np.log(found) - np.log(max(at_first, 1.0 / len(before))))
+    return float(np.log(at_last) - np.log(max(at_first, 1.0 / len(before))))

@@ -1,19 +1,19 @@
-"""Explanations that are hard to distinguish, each linearised where its own estimate is.
+"""Explanations that are hard to distinguish, each linearised about its own estimate.
 
 Far from the truth, and as if nothing were missing, posture and snow surface have given way to what is missing; there
 responses are not linear by more than what two names differ by.  So every rival of the best explanation has all that is
-uncertain estimated anew with it, and is weighed by the evidence about that.
+uncertain estimated again with it, and is weighed by the evidence about that.
 
-A law that nobody has listed is a rival, too, of any shape: a latent force in the place of the best law, about the
-estimate with that law.  What a law does that is listed, one that is not may do as well; how much less probable the
-measurements are under a force without a law says how sure a name can be.
+A hypothesis without a law is a rival in any form, too: in the place of the best law, about the estimate with that law.
+What a law does that is listed, one that is not may do as well; how much less probable the measurements are without a
+law says how sure a name can be.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Final
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 
@@ -21,114 +21,134 @@ from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting.evidence import best_levels
 from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE
-from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import (
-    AnyForm,
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FreeFormForce
+from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import evidence_by_size, weigh_refit
+from sssi_exudyn.validation.diagnosis.search.explanation import (
     Explanation,
+    FreeForm,
+    Nothing,
+    Refitted,
     Round,
-    evidence_by_size,
-    rank_by_probability,
-    weigh_refit,
+    Screened,
 )
-from sssi_exudyn.validation.diagnosis.search.free_form_force import weigh_any_form
-from sssi_exudyn.validation.diagnosis.state import State, estimate_again, linear_model
-
-RIVAL: Final = 0.03
-"""Probability from which on an explanation is a rival of the best one."""
-_MOST: Final = 4
-"""Explanations that are estimated anew at most: each takes as long as the estimate before the search."""
+from sssi_exudyn.validation.diagnosis.search.free_form_force import weigh_free_form
+from sssi_exudyn.validation.diagnosis.state import Reestimate, State, estimate_again, linear_model
 
 
-@dataclass(frozen=True)
-class Anew:
-    """An explanation estimated anew: the problem and the state about it, and its fit there."""
+class Estimator(Protocol):
+    """Estimates all that is uncertain again with an explanation, and weighs it by the evidence about that."""
 
-    problem: DiagnosisProblem
-    state: State
-    fit: Refit
+    def __call__(
+        self, problem: DiagnosisProblem, state: State, latest: Round, explanation: Nothing | Refitted, *, full: bool
+    ) -> tuple[Nothing | Refitted, Reestimate]: ...
+
+
+def estimate_with(
+    problem: DiagnosisProblem, state: State, latest: Round, explanation: Nothing | Refitted, *, full: bool
+) -> tuple[Nothing | Refitted, Reestimate]:
+    """Estimate all that is uncertain again with an explanation of the round, and weigh it by the evidence about that.
+
+    Raises SimulationDiverged where it cannot be simulated.
+    """
+    added = "nothing added" if isinstance(explanation, Nothing) else explanation.name
+    problem.progress(None, f"posture and snow surface with {added}")
+    start = replace(state, levels=explanation.levels)
+    about = Reestimate(*estimate_again(problem, start, explanation.fit, full=full))
+    return weigh_about(about, latest.base, explanation), about
 
 
 def estimate_rivals(
-    problem: DiagnosisProblem, state: State, latest: Round, *, full: bool
-) -> tuple[Round, dict[str, Anew]]:
-    """The round with the best explanation and its rivals estimated anew, and these by their names.  That nothing is
-    missing is a rival like any other: its estimate goes on, too.
+    problem: DiagnosisProblem, state: State, latest: Round, *, full: bool, estimate: Estimator = estimate_with
+) -> tuple[Round, dict[str, Reestimate]]:
+    """Return the round with the best explanation and its rivals estimated again, and these by their names.
 
-    The best law is estimated anew where a force of unknown law alone would be: two laws may explain what one does not.
-    What is not estimated anew gains as much as the least of these, so that none of it overtakes them.  Raises
-    SimulationDiverged where the best cannot be estimated; a rival that cannot is none.
+    That nothing is missing is a rival like any other: its estimate goes on, too.  The best law is estimated again where
+    a hypothesis without a law alone would be: two laws may explain what one does not.  What is not estimated again
+    gains as much as the least of these, so that none of it overtakes them.
+
+    Raises SimulationDiverged where the best cannot be estimated; a rival that cannot is none.
     """
-    best, nothing = latest.best, latest.nothing
-    fitted = [each for each in latest.explanations if each.name and each.fit is not None]
-    rivals = [each for each in fitted if each is best or each.probability >= RIVAL][:_MOST]
-    if {each.name for each in rivals} == {LATENT_FORCE.name}:
-        rivals += [each for each in fitted if each is not best and np.isfinite(each.log_evidence)][:1]
-    if nothing.probability >= RIVAL:
-        rivals.append(nothing)
-    found: dict[str, Anew] = {}
-    weighed: dict[str, Explanation] = {}
+    estimates: dict[str, Reestimate] = {}
+    weighed: dict[str, Nothing | Refitted] = {}
+    rivals = _rivals(latest)
 
-    def estimate(each: Explanation) -> None:
-        assert each.fit is not None
-        problem.progress(None, f"posture and snow surface with {each.name or 'nothing added'}")
-        anew = Anew(*estimate_again(problem, replace(state, levels=each.levels), each.fit, full=full))
-        weighed[each.name] = _weigh(anew, latest.base, each)
-        found[each.name] = anew
+    def add(explanation: Nothing | Refitted) -> None:
+        name = explanation.name
+        weighed[name], estimates[name] = estimate(problem, state, latest, explanation, full=full)
 
-    def again() -> Round:
-        """The round, what was not estimated anew with the least gain of what was."""
-        gains = [weighed[each.name].log_evidence - each.log_evidence for each in rivals if each.name in found]
-        gain = min((each for each in gains if np.isfinite(each)), default=0.0)
-        every = [
-            weighed.get(each.name) or replace(each, log_evidence=each.log_evidence + gain)
-            for each in latest.explanations
-        ]
-        return replace(latest, explanations=tuple(every))
-
-    for each in rivals:
+    for rival in rivals:
         try:
-            estimate(each)
+            add(rival)
         except SimulationDiverged:
-            if each is best:
+            if rival is latest.best:
                 raise
-    any_form, law = None, best_law(again(), found)
-    if law is not None and LATENT_FORCE.name in latest.responses:
-        about = found[law.name]
-        problem.progress(None, f"a force of any form in the place of {law.name}")
-        any_form = weigh_any_form(about.problem, about.state, latest, law, about.fit, full=full)
-
-    def ranked() -> Round:
-        every = [_beside(each, any_form) if each.name == LATENT_FORCE.name else each for each in again().explanations]
-        return replace(latest, explanations=rank_by_probability(every, latest.explained))
-
-    following = ranked()
-    if following.best.name == LATENT_FORCE.name and LATENT_FORCE.name not in found and following.best.fit is not None:
-        estimate(next(each for each in latest.explanations if each.name == LATENT_FORCE.name))
-        following = ranked()
-    return following, found
+    explanations = _with_estimates(latest, rivals, weighed)
+    law = best_law(explanations, estimates)
+    free_forms: dict[str, tuple[float, FreeForm]] = {}
+    for hypothesis in problem.hypotheses:
+        if isinstance(hypothesis, FreeFormForce) and hypothesis.name in latest.responses and law is not None:
+            problem.progress(None, f"a force of any form in the place of {law.name}")
+            free_forms[hypothesis.name] = weigh_free_form(hypothesis, estimates[law.name], latest, law, full=full)
+    following = latest.ranked(_in_free_form(explanations, free_forms))
+    best = following.best
+    if isinstance(best, Refitted) and not best.has_law and best.name not in estimates:
+        add(next(each for each in latest.refitted if each.name == best.name))
+        following = latest.ranked(_in_free_form(_with_estimates(latest, rivals, weighed), free_forms))
+    return following, estimates
 
 
-def _beside(box: Explanation, any_form: tuple[float, AnyForm] | None) -> Explanation:
-    """The force that no known law explains, for a while, and with a hypothesis' weight of its own in any form."""
-    if any_form is None:
-        return box
-    of_any, form = any_form
-    evidence = float(np.logaddexp(box.log_evidence, of_any))
-    return replace(box, log_evidence=evidence, any_form=replace(form, share=float(np.exp(of_any - evidence))))
+def _rivals(latest: Round) -> list[Nothing | Refitted]:
+    """The best explanation and what is hard to distinguish from it."""
+    best, thresholds = latest.best, latest.fitted.thresholds
+    hypotheses = [each for each in latest.refitted if each is best or each.probability >= thresholds.rival]
+    hypotheses = hypotheses[: thresholds.most_rivals]
+    if hypotheses and not any(each.has_law for each in hypotheses):
+        hypotheses += [each for each in latest.refitted if each is not best and np.isfinite(each.log_evidence)][:1]
+    return [*hypotheses, *([latest.nothing] if latest.nothing.probability >= thresholds.rival else [])]
 
 
-def best_law(latest: Round, found: Mapping[str, Anew]) -> Explanation | None:
-    """The most probable explanation that has a law, of those estimated anew; None where none was."""
-    laws = [each for each in latest.explanations if each.name in found and each.name not in ("", LATENT_FORCE.name)]
-    possible = [each for each in laws if each.candidate is not None and np.isfinite(each.log_evidence)]
+def _with_estimates(
+    latest: Round, rivals: Sequence[Nothing | Refitted], weighed: Mapping[str, Nothing | Refitted]
+) -> list[Explanation]:
+    """The explanations of a round as they were ``weighed`` about their own estimates; all others with the least gain
+    of the rivals'.
+    """
+    gains = [weighed[each.name].log_evidence - each.log_evidence for each in rivals if each.name in weighed]
+    gain = min((each for each in gains if np.isfinite(each)), default=0.0)
+    return [
+        weighed[each.name] if each.name in weighed else replace(each, log_evidence=each.log_evidence + gain)
+        for each in latest.explanations
+    ]
+
+
+def _in_free_form(
+    explanations: Sequence[Explanation], weighed: Mapping[str, tuple[float, FreeForm]]
+) -> list[Explanation]:
+    """The explanations, those without a law in any form, too, whose log evidence and numbers were ``weighed``."""
+    both = list(explanations)
+    for i, each in enumerate(explanations):
+        if isinstance(each, Screened) and each.name in weighed:
+            free_evidence, form = weighed[each.name]
+            evidence = float(np.logaddexp(each.log_evidence, free_evidence))
+            share = float(np.exp(free_evidence - evidence))
+            both[i] = replace(each, log_evidence=evidence, free_form=replace(form, share=share))
+    return both
+
+
+def best_law(explanations: Sequence[Explanation], estimates: Mapping[str, Reestimate]) -> Refitted | None:
+    """The most probable explanation that has a law, of those estimated again; None where none was."""
+    laws = [each for each in explanations if isinstance(each, Refitted) and each.name in estimates and each.has_law]
+    possible = [each for each in laws if np.isfinite(each.log_evidence)]
     return max(possible, key=lambda each: each.log_evidence, default=None)
 
 
-def _weigh(anew: Anew, base: Refit, explanation: Explanation) -> Explanation:
-    """The explanation by its evidence about its own estimate; where it acts was searched before."""
-    explanation = replace(explanation, levels=anew.state.levels, fit=anew.fit)
-    if explanation.candidate is None:
-        levels, evidence = best_levels(linear_model(anew.problem, anew.state, anew.fit), explanation.levels)
+def weigh_about(about: Reestimate, base: Refit, explanation: Nothing | Refitted) -> Nothing | Refitted:
+    """Return the explanation by its evidence ``about`` its own estimate; where it acts was searched before, from
+    ``base``.
+    """
+    explanation = replace(explanation, levels=about.state.levels, fit=about.fit)
+    if isinstance(explanation, Nothing):
+        levels, evidence = best_levels(linear_model(about.problem, about.state, about.fit), explanation.levels)
         return replace(explanation, log_evidence=evidence, levels=levels)
-    by_size = evidence_by_size(anew.problem, anew.state, base, explanation, anew.fit)
-    return weigh_refit(anew.problem, anew.state, base, explanation, anew.fit, by_size)
+    by_size = evidence_by_size(about.problem, about.state, base, explanation, about.fit)
+    return weigh_refit(about.problem, about.state, base, explanation, about.fit, by_size)

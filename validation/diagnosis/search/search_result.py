@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
 
 from sssi_exudyn.fitting.evidence import LinearModel
 from sssi_exudyn.fitting.linear_fit import Refit
@@ -14,14 +13,8 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
-from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation, Round
+from sssi_exudyn.validation.diagnosis.search.explanation import Refitted, Round
 from sssi_exudyn.validation.diagnosis.state import State
-
-SURE: Final = 0.8
-"""Probability from which a name stands alone."""
-WORTH_NAMING: Final = 0.02
-LIKELY: Final = 0.6
-"""Probability of nothing missing from which it is reported; below, the recording has not moved it from one half."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +22,7 @@ class Accepted:
     """A finding: the round it was found in, what was taken of it, the fit with it, and the run linearised there."""
 
     searched: Round
-    explanation: Explanation
+    explanation: Refitted
     fit: Refit
     linear: LinearModel
 

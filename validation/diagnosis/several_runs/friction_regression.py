@@ -30,7 +30,8 @@ from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.instruments.gps import enu_from
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Number
-from sssi_exudyn.validation.diagnosis.search.probabilities import SIZES, TEMPER, probabilities
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
+from sssi_exudyn.validation.diagnosis.search.probabilities import probabilities
 from sssi_exudyn.validation.diagnosis.search.search_result import SeparateFit
 from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import (
     SHARED,
@@ -46,29 +47,14 @@ from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import (
     responses,
 )
 from sssi_exudyn.validation.diagnosis.state import fitted_run, last_estimate, linear_model
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
 BASIS: Final = tuple(POWERS)
 """Names of the products."""
-SIZE: Final = 0.02
-"""Usual change of mu_t by a product that is one: what the laws of the list make of a standard deviation of speed, edge
-angle or load.
-"""
 _OWN: Final = f"{FrictionLaw.name}.c_"
 """What the names of coefficients begin with."""
-MOST_PRODUCTS: Final = 3
-_ROUNDS: Final = 3
-"""Times at most that sums are compared about the best of them."""
 INCLUDED: Final = 1.0 / len(BASIS)
 """Prior probability of each product: one of them, on average."""
-OFFERED: Final = 0.95
-"""Probability, beside all laws of the list and nothing, from which the law is offered.
-
-Beforehand all sums together are as probable as one law of the list, and each has its share of that: 0.03 with one
-product, 0.002 with two, 0.0002 with three.  So to be offered, a sum's log evidence must be 11, 15 or 19 above that of
-the best law of the list, and 3 more above nothing's, as log evidence counts for ``TEMPER`` of its value.  Where a law
-of the list is the truth, chance brings a sum that far in less than one day of 3000 (a Bayes factor of e^g for what is
-not true has a probability of e^-g at most, times 13, 78 and 286 sums), and a sum of the same form is not above it.
-"""
 
 
 @dataclass(frozen=True)
@@ -134,10 +120,14 @@ class Selection:
         return float(sum(p for s, p in zip(self.subsets, self.probability, strict=True) if product in s))
 
 
-def what_runs_know(runs: Sequence[DayRun], columns: Sequence[Array]) -> tuple[Array, Array]:
-    """What all runs know of k products, each of its usual size, from the ``columns`` (N, k) of each run: information
-    (k, k) and pull (k,), once what is uncertain of each run alone, and then the friction that all share, has taken its
-    part.
+def what_runs_know(
+    runs: Sequence[DayRun], columns: Sequence[Array], size: float = THRESHOLDS.product_size
+) -> tuple[Array, Array]:
+    """Return what all runs know of k products, each of its usual ``size``: information (k, k) and pull (k,).
+
+    columns : (N, k) of each run
+
+    What is uncertain of each run alone, and then the friction that all share, has taken its part.
     """
     first = 1 + len(SHARED)
     total = np.zeros((first + columns[0].shape[1],) * 2)
@@ -145,7 +135,7 @@ def what_runs_know(runs: Sequence[DayRun], columns: Sequence[Array]) -> tuple[Ar
         free, shared = run.linear.free, list(run.shared)
         alone = Freedom(np.delete(free.columns, shared, axis=1), np.delete(free.scales, shared))
         known = uncertain(replace(run.linear, free=alone), run.levels)
-        common = np.hstack([free.columns[:, shared] * free.scales[shared], SIZE * own])
+        common = np.hstack([free.columns[:, shared] * free.scales[shared], size * own])
         table = np.column_stack([known.residual, whiten_columns(run.linear, run.levels, common)])
         total += table.T @ known.remove_from(table)
     friction = total[:, 1:first]
@@ -153,17 +143,18 @@ def what_runs_know(runs: Sequence[DayRun], columns: Sequence[Array]) -> tuple[Ar
     return total[first:, first:], total[first:, 0]
 
 
-def select(gram: Array, pull: Array) -> Selection:
+def select(gram: Array, pull: Array, thresholds: Thresholds = THRESHOLDS) -> Selection:
     """Compare all sums, from ``what_runs_know``."""
+    sizes = thresholds.sizes
     subsets: list[tuple[int, ...]] = [()]
     gains = [0.0]
-    for count in range(1, MOST_PRODUCTS + 1):
+    for count in range(1, thresholds.most_products + 1):
         some = list(itertools.combinations(range(len(BASIS)), count))
         at = np.array(some)
-        by_size = log_factors(gram[at[:, :, None], at[:, None, :]], pull[at][..., None], SIZES)[..., 0]
+        by_size = log_factors(gram[at[:, :, None], at[:, None, :]], pull[at][..., None], sizes)[..., 0]
         subsets += some
-        gains += list(np.logaddexp.reduce(by_size) - np.log(len(SIZES)))
-    logs = np.array([log_prior_of(len(s)) for s in subsets]) + TEMPER * np.array(gains)
+        gains += list(np.logaddexp.reduce(by_size) - np.log(len(sizes)))
+    logs = np.array([log_prior_of(len(s)) for s in subsets]) + thresholds.temper * np.array(gains)
     odds = np.exp(logs - logs.max())
     return Selection(tuple(subsets), np.array(gains), np.asarray(odds / odds.sum()))
 
@@ -173,12 +164,15 @@ def log_prior_of(count: int) -> float:
     return float(count * np.log(INCLUDED) + (len(BASIS) - count) * np.log1p(-INCLUDED))
 
 
-def probability_beside(explanations: Sequence[DayExplanation], log_evidence: float, count: int) -> float:
-    """Of a sum of so many products, beside all explanations of the day."""
-    names = ["" if each.name == NOTHING_MISSING else each.name for each in explanations]
-    evidence = np.array([*(each.log_evidence for each in explanations), log_evidence])
-    weights = {FrictionLaw.name: float(np.exp(log_prior_of(count)))}
-    return float(probabilities([*names, FrictionLaw.name], evidence, unlisted=weights)[-1])
+def probability_of_sum(
+    explanations: Sequence[DayExplanation], log_evidence: float, count: int, thresholds: Thresholds = THRESHOLDS
+) -> float:
+    """Return the probability of a sum of so many products, next to all explanations of the day."""
+    nothing = next(each for each in explanations if each.name == NOTHING_MISSING)
+    laws = [each for each in explanations if each is not nothing]
+    evidence = np.array([*(each.log_evidence for each in laws), log_evidence])
+    weights = np.array([*(BY_NAME[each.name].weight for each in laws), np.exp(log_prior_of(count))])
+    return float(probabilities(nothing.log_evidence, evidence, weights, thresholds)[-1])
 
 
 def find_law(
@@ -192,12 +186,13 @@ def find_law(
     It is fitted with the real term where none is less than half probable among the sums.
     """
     progress(None, "a law of friction that is in no list")
+    thresholds = runs_alone[0].problem.thresholds
     feet = [_feet(own) for own in runs_alone]
-    away = [_downhill(own, runs_alone[0]) for own in runs_alone]
+    away = [downhill(own, runs_alone[0]) for own in runs_alone]
     variables = _variables(feet, away)
 
     def law_of(subset: Sequence[int]) -> Law:
-        return _law([BASIS[i] for i in subset], variables, away)
+        return _law([BASIS[i] for i in subset], variables, away, thresholds)
 
     nothing = next(each for each in explanations if each.name == NOTHING_MISSING)
     selection, joint = _about_own_fits(law_of, runs_alone)
@@ -210,13 +205,13 @@ def find_law(
         except SimulationDiverged as error:
             progress(None, f"it is compared by its linear response: {error}")
     law = law_of(selection.chosen)
-    probability = probability_beside(explanations, joint.evidence, len(law.keys))
+    probability = probability_of_sum(explanations, joint.evidence, len(law.keys), thresholds)
     fits = tuple(_with_numbers(law, own, joint, fit) for own, fit in zip(runs_alone, joint.fits, strict=False))
     possible = bool(fits) and all(_brakes(each.fit.model, seen) for each, seen in zip(fits, feet, strict=True))
-    offered = possible and probability > OFFERED
+    offered = possible and probability > thresholds.law_offered
     named = max((each for each in explanations if each is not nothing), key=lambda each: each.log_evidence)
     numbers = numbers_of(law, runs_alone[0], joint)
-    found = FoundLaw(
+    law_found = FoundLaw(
         offered=offered,
         formula=formula_of(numbers, variables),
         products=tuple(BASIS[i] for i in selection.chosen),
@@ -230,7 +225,7 @@ def find_law(
         inclusion_probability={name: selection.inclusion(i) for i, name in enumerate(BASIS)},
         fitted=bool(fits),
     )
-    return found, fits if offered else ()
+    return law_found, fits if offered else ()
 
 
 def _about_own_fits(
@@ -239,8 +234,10 @@ def _about_own_fits(
     """All sums by the responses about the runs' own fits, and the best with its numbers."""
     columns = [some[0] for some in responses(runs_alone, [law_of(range(len(BASIS)))])]
     runs = [day_run(own, linear_model(own.problem, own.state, own.fit), own.state.levels) for own in runs_alone]
-    selection = select(*what_runs_know(runs, columns))
-    return selection, by_size(law_of(selection.chosen), runs, [each[:, selection.chosen] for each in columns])
+    thresholds = runs_alone[0].problem.thresholds
+    selection = select(*what_runs_know(runs, columns, thresholds.product_size), thresholds)
+    chosen = [each[:, selection.chosen] for each in columns]
+    return selection, by_size(law_of(selection.chosen), runs, chosen, thresholds)
 
 
 def _about_itself(
@@ -251,16 +248,16 @@ def _about_itself(
 
     About the runs' own fits, start, posture and snow have given way to what is missing.
     """
-    every = law_of(range(len(BASIS)))
-    for _ in range(_ROUNDS):
+    every, thresholds = law_of(range(len(BASIS))), runs_alone[0].problem.thresholds
+    for _ in range(thresholds.regression_rounds):
         before, shared = selection.chosen, len(SHARED)
         all_values = np.zeros(shared + len(BASIS))
         all_values[[*range(shared), *(shared + i for i in before)]] = values
-        found = fit_beside(every, all_values, runs_alone)
-        runs, columns = [run for run, _, _ in found], [some for _, some, _ in found]
-        selection = select(*what_runs_know(runs, columns))
+        runs_with_law = fit_beside(every, all_values, runs_alone)
+        runs, columns = [run for run, _, _ in runs_with_law], [some for _, some, _ in runs_with_law]
+        selection = select(*what_runs_know(runs, columns, thresholds.product_size), thresholds)
         law = law_of(selection.chosen)
-        values = by_size(law, runs, [each[:, selection.chosen] for each in columns]).values
+        values = by_size(law, runs, [each[:, selection.chosen] for each in columns], thresholds).values
         if selection.chosen == before:
             break
     return selection, values
@@ -305,11 +302,9 @@ def _feet(own: SeparateFit) -> FootState:
     )
 
 
-def _downhill(own: SeparateFit, first: SeparateFit) -> float:
+def downhill(own: SeparateFit, first: SeparateFit) -> float:
     """By how much (m) a run's first fix, from which its places count, lies below the first run's."""
-    here, there = own.problem.recording.gps, first.problem.recording.gps
-    assert here is not None
-    assert there is not None
+    here, there = own.problem.gps, first.problem.gps
     model = first.fit.model
     apart = enu_from(np.zeros((1, 3)), here.origin, there.origin)[0]
     return float(apart @ slope_to_enu(model.inclination, model.fall_line_azimuth)[:, 0])
@@ -321,22 +316,27 @@ def _variables(feet: Sequence[FootState], away: Sequence[float]) -> dict[str, Va
     """
     seen = [FrictionLaw().variables(ArrayMath(), replace(run, f=run.f + d)) for run, d in zip(feet, away, strict=True)]
     loads, about = np.concatenate([run.load.ravel() for run in feet]), quantities(FrictionLaw)
-    found = {}
+    variables = {}
     for name in VARIABLES:
         values = np.concatenate([each[name].ravel() for each in seen])
         mean = float(np.average(values, weights=loads))
         width = float(np.sqrt(np.average((values - mean) ** 2, weights=loads)))
         scale = about[f"{name}_scale"]
-        found[name] = Variable(mean, float(np.clip(width, scale.low, scale.high)), scale.unit)
-    return found
+        variables[name] = Variable(mean, float(np.clip(width, scale.low, scale.high)), scale.unit)
+    return variables
 
 
-def _law(products: Sequence[str], variables: dict[str, Variable], away: Sequence[float]) -> Law:
+def _law(products: Sequence[str], variables: dict[str, Variable], away: Sequence[float], thresholds: Thresholds) -> Law:
     """A sum of products, in each run with places that count from its own first fix."""
     counted = {f"{name}_ref": variable.mean for name, variable in variables.items()}
     counted |= {f"{name}_scale": variable.standard_deviation for name, variable in variables.items()}
     parts = tuple(FrictionLaw(**{**counted, "place_ref": counted["place_ref"] - distance}) for distance in away)
-    return Law(FrictionLaw.name, tuple(f"c_{name}" for name in products), np.full(len(products), SIZE), parts)
+    return Law(
+        FrictionLaw.name,
+        tuple(f"c_{name}" for name in products),
+        np.full(len(products), thresholds.product_size),
+        parts,
+    )
 
 
 def _with_numbers(law: Law, own: SeparateFit, joint: Joint, fit: Refit) -> SeparateFit:

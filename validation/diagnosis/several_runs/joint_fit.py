@@ -22,6 +22,7 @@ from scipy.linalg import block_diag, cho_solve
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import FRICTION, NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, LinearModel, best_levels, log_volume, precision, whiten_columns
 from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.fitting.noise import NoiseLevels, log_prior
@@ -31,7 +32,6 @@ from sssi_exudyn.model.faults import Sensor
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.runtime.threads import side_by_side
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Number
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     FittedRun,
     Probe,
@@ -42,19 +42,12 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     responses_of,
 )
 from sssi_exudyn.validation.diagnosis.search.physical_limits import DRAWS, POSSIBLE_SEED, log_share
-from sssi_exudyn.validation.diagnosis.search.probabilities import INTERVAL_90, SIZES, probabilities
+from sssi_exudyn.validation.diagnosis.search.probabilities import probabilities
 from sssi_exudyn.validation.diagnosis.search.search_result import SeparateFit
 from sssi_exudyn.validation.diagnosis.state import fit_model, fitted_run, linear_model
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
-SHARED: Final = ("friction.mu_t", "friction.mu_n")
-_WORTHWHILE: Final = 12.0
-"""A law whose linear evidence is worse than the best by more than this is not fitted."""
-_FINALISTS: Final = 4
-_HELD: Final = 1e-3
-"""Of its usual size, to which a shared number is held while the runs' own are fitted."""
-_TURNS: Final = 4
-_SETTLED: Final = 0.1
-"""Standard deviations by which shared numbers move when they have been found."""
+SHARED: Final = FRICTION
 
 
 @dataclass(frozen=True)
@@ -105,13 +98,13 @@ def joint_evidence(runs: Sequence[DayRun], extra: Sequence[Freedom] | None = Non
     y, x = np.concatenate(rows), np.hstack([np.vstack(shared), block_diag(*own)])
     factor = precision(x)
     along = x.T @ y
-    found = cho_solve(factor, along)
-    evidence = -0.5 * float(y @ y - along @ found) - float(np.sum(np.log(np.diag(factor[0])))) - volume
+    amounts = cho_solve(factor, along)
+    evidence = -0.5 * float(y @ y - along @ amounts) - float(np.sum(np.log(np.diag(factor[0])))) - volume
     count = shared[0].shape[1]
     first = runs[0].linear.free.scales[list(runs[0].shared)]
     scales = first if extra is None else np.concatenate([first, extra[0].scales])
     inverse = cho_solve(factor, np.eye(x.shape[1])[:, :count])
-    return evidence, scales * found[:count], scales * np.sqrt(np.diag(inverse[:count]))
+    return evidence, scales * amounts[:count], scales * np.sqrt(np.diag(inverse[:count]))
 
 
 def day_run(own: SeparateFit, linear: LinearModel, levels: NoiseLevels) -> DayRun:
@@ -123,39 +116,48 @@ def day_run(own: SeparateFit, linear: LinearModel, levels: NoiseLevels) -> DayRu
 
 @dataclass(frozen=True)
 class Law:
-    """A law with the amplitudes that all runs share; by default none.
+    """A law with the amplitudes that all runs share; by default none, where nothing is missing.
 
     keys, scales : the amplitudes' names in its term, and their usual sizes;  parts : what is added to each run's model
+    weight : prior probability relative to the others
     possible : whether a model fitted with it is physically possible
     """
 
-    name: str = ""
+    name: str = NOTHING_MISSING
     keys: tuple[str, ...] = ()
     scales: Array = field(default_factory=lambda: np.zeros(0))
     parts: tuple[Term | Sensor, ...] = ()
+    weight: float = 1.0
     possible: Callable[[Model], bool] = lambda _model: True
 
     @property
-    def amplitudes(self) -> tuple[str, ...]:
+    def amplitudes(self) -> tuple[NumberRef, ...]:
         """Names of the amplitudes, as the day lists them."""
-        return tuple(f"{self.name}.{key}" for key in self.keys)
+        return tuple(NumberRef.of(self.name, key) for key in self.keys)
 
     def probes(self, model: Model, run: int) -> list[Probe]:
         """By each amplitude, in the model of a run."""
         return probes_by(model, self.parts[run], self.keys) if self.parts else []
 
-    def added_to(self, model: Model, run: int) -> tuple[Model, tuple[str, ...]]:
+    def added_to(self, model: Model, run: int) -> tuple[Model, tuple[NumberRef, ...]]:
         """The model of a run with the law, and the names of its amplitudes there."""
         if not self.parts:
             return model, ()
         owner = name_in_model(model, self.parts[run])
-        return add_part(model, self.parts[run]), tuple(f"{owner}.{key}" for key in self.keys)
+        return add_part(model, self.parts[run]), tuple(NumberRef.of(owner, key) for key in self.keys)
 
 
 def named_law(hypothesis: SteadyLaw, first: FittedRun, runs: int) -> Law:
     """A law of the list, the same for all runs: the speed, edge or load that it refers to is the ``first`` one's."""
     keys = tuple(key for key, _ in hypothesis.amplitudes)
-    return Law(hypothesis.name, keys, hypothesis.scales, (hypothesis.part(first),) * runs, hypothesis.possible)
+    return Law(
+        hypothesis.name,
+        keys,
+        hypothesis.scales,
+        (hypothesis.part(first),) * runs,
+        hypothesis.weight,
+        hypothesis.possible,
+    )
 
 
 @dataclass(frozen=True)
@@ -174,16 +176,18 @@ class Joint:
     fits: tuple[Refit, ...] = ()
 
 
-def by_size(law: Law, runs: Sequence[DayRun], columns: Sequence[Array]) -> Joint:
+def by_size(law: Law, runs: Sequence[DayRun], columns: Sequence[Array], thresholds: Thresholds = THRESHOLDS) -> Joint:
     """The evidence over all sizes that the law usually has, and the numbers for the one that suits best.
 
     columns : one (N, amplitudes) a run, its responses to the law
     """
     if not law.amplitudes:
         return Joint(*joint_evidence(runs))
-    each_size = [joint_evidence(runs, [Freedom(each, size * law.scales) for each in columns]) for size in SIZES]
-    total = float(np.logaddexp.reduce([each[0] for each in each_size]) - np.log(len(SIZES)))
-    (_, values, errors), size = max(zip(each_size, SIZES, strict=True), key=lambda pair: pair[0][0])
+    each_size = [
+        joint_evidence(runs, [Freedom(each, size * law.scales) for each in columns]) for size in thresholds.sizes
+    ]
+    total = float(np.logaddexp.reduce([each[0] for each in each_size]) - np.log(len(thresholds.sizes)))
+    (_, values, errors), size = max(zip(each_size, thresholds.sizes, strict=True), key=lambda pair: pair[0][0])
     return Joint(total, values, errors, size)
 
 
@@ -192,15 +196,17 @@ def fit_to_all(law: Law, runs_alone: Sequence[SeparateFit], start: Array) -> Joi
 
     Raises SimulationDiverged where a run cannot be simulated so.
     """
-    joint = Joint(-np.inf, start, np.ones(len(start)))
-    for _ in range(_TURNS):
+    joint, thresholds = Joint(-np.inf, start, np.ones(len(start))), runs_alone[0].problem.thresholds
+    for _ in range(thresholds.day_turns):
         values = joint.values
-        found = fit_beside(law, values, runs_alone)
-        beforehand = sum(log_prior(run.linear.measurements.usual, run.levels) for run, _, _ in found)
-        joint = by_size(law, [run for run, _, _ in found], [columns for _, columns, _ in found])
-        fits = tuple(fit for _, _, fit in found)
+        runs_with_law = fit_beside(law, values, runs_alone)
+        beforehand = sum(log_prior(run.linear.measurements.usual, run.levels) for run, _, _ in runs_with_law)
+        joint = by_size(
+            law, [run for run, _, _ in runs_with_law], [columns for _, columns, _ in runs_with_law], thresholds
+        )
+        fits = tuple(fit for _, _, fit in runs_with_law)
         joint = replace(joint, evidence=joint.evidence + beforehand, fits=fits)
-        if np.all(np.abs(joint.values - values) < _SETTLED * joint.errors):
+        if np.all(np.abs(joint.values - values) < thresholds.day_settled * joint.errors):
             break
     return replace(joint, evidence=joint.evidence + _log_possible(law, runs_alone[0], joint))
 
@@ -236,18 +242,18 @@ def _fit_one_beside(
 ) -> tuple[DayRun, Array, Refit]:
     own = runs_alone[run]
     model, amplitudes = law.added_to(own.fit.model, run)
-    shared = dict(zip(SHARED, values, strict=False))
+    shared, held = dict(zip(SHARED, values, strict=False)), own.problem.thresholds.day_held
     parameters = [
-        Parameter(p.names, _held(p.prior, shared[p.names[0]])) if p.names[0] in shared else p
+        Parameter(p.names, _held(p.prior, shared[p.names[0]], held)) if p.names[0] in shared else p
         for p in own.fit.parameters
     ]
     more = [
-        Parameter((name,), _held(Prior(0.0, float(scale)), value))
+        Parameter((name,), _held(Prior(0.0, float(scale)), value, held))
         for name, scale, value in zip(amplitudes, law.scales, values[len(SHARED) :], strict=True)
     ]
     every = (*parameters, *more)
-    held = {p.names[0]: p.prior.mean for p in every if p not in own.fit.parameters}
-    start = model.with_values({name: float(np.clip(value, *model.bounds(name))) for name, value in held.items()})
+    means = {p.names[0]: p.prior.mean for p in every if p not in own.fit.parameters}
+    start = model.with_values({name: float(np.clip(value, *model.bounds(name))) for name, value in means.items()})
     fit = fit_model(own.problem, own.state, start, every, own.state.levels)
     count = len(parameters)
     columns = fit.sensitivity[:, count:]
@@ -260,9 +266,9 @@ def _fit_one_beside(
     return day_run(own, linear, levels), columns, fit
 
 
-def _held(prior: Prior, apart: float) -> Prior:
-    """What holds a number ``apart`` from its prior's mean."""
-    return Prior(prior.mean + apart, _HELD * prior.sigma)
+def _held(prior: Prior, apart: float, share: float) -> Prior:
+    """What holds a number ``apart`` from its prior's mean, to that ``share`` of its usual size."""
+    return Prior(prior.mean + apart, share * prior.sigma)
 
 
 def responses(runs_alone: Sequence[SeparateFit], laws: Sequence[Law]) -> list[list[Array]]:
@@ -283,34 +289,47 @@ def compare_for_day(
 
     What was found in one run alone, a gust or a late clock, stays with it.
     """
-    first = runs_alone[0]
+    first, thresholds = runs_alone[0], runs_alone[0].problem.thresholds
     fitted = fitted_run(first.problem, first.state, first.fit)
-    laws = [Law(), *(named_law(hypothesis, fitted, len(runs_alone)) for hypothesis in STEADY_LAWS)]
+    laws = [
+        Law(),
+        *(
+            named_law(hypothesis, fitted, len(runs_alone))
+            for hypothesis in first.problem.hypotheses
+            if isinstance(hypothesis, SteadyLaw)
+        ),
+    ]
     runs = [day_run(own, linear_model(own.problem, own.state, own.fit), own.state.levels) for own in runs_alone]
     by_law = zip(*responses(runs_alone, laws), strict=True)
-    linearly = [by_size(law, runs, columns) for law, columns in zip(laws, by_law, strict=True)]
+    linearly = [by_size(law, runs, columns, thresholds) for law, columns in zip(laws, by_law, strict=True)]
     best = max(each.evidence for each in linearly)
     ranked = sorted(range(1, len(laws)), key=lambda i: -linearly[i].evidence)
-    finalists = [0, *(i for i in ranked[:_FINALISTS] if linearly[i].evidence > best - _WORTHWHILE)]
-    found: dict[int, Joint] = {}
+    finalists = [
+        0,
+        *(i for i in ranked[: thresholds.day_finalists] if linearly[i].evidence > best - thresholds.day_worthwhile),
+    ]
+    fitted_laws: dict[int, Joint] = {}
     for i in finalists:
-        progress(None, f"all runs fitted with {laws[i].name or 'nothing added'}")
+        added = laws[i].name if i else "nothing added"
+        progress(None, f"all runs fitted with {added}")
         try:
-            found[i] = fit_to_all(laws[i], runs_alone, linearly[i].values)
+            fitted_laws[i] = fit_to_all(laws[i], runs_alone, linearly[i].values)
         except SimulationDiverged as error:
-            progress(None, f"{laws[i].name or 'nothing added'} is compared by its linear response: {error}")
-    gains = [found[i].evidence - linearly[i].evidence for i in found]
+            progress(None, f"{added} is compared by its linear response: {error}")
+    gains = [fitted_laws[i].evidence - linearly[i].evidence for i in fitted_laws]
     gain = min((each for each in gains if np.isfinite(each)), default=0.0)
-    joint = {i: found.get(i) or replace(each, evidence=each.evidence + gain) for i, each in enumerate(linearly)}
+    joint = {i: fitted_laws.get(i) or replace(each, evidence=each.evidence + gain) for i, each in enumerate(linearly)}
     joint = {i: each for i, each in joint.items() if np.isfinite(each.evidence)}
-    odds = probabilities([laws[i].name for i in joint], np.array([each.evidence for each in joint.values()]))
+    nothing, *others = joint.items()
+    evidence, weights = np.array([(each.evidence, laws[i].weight) for i, each in others]).reshape(-1, 2).T
+    odds = probabilities(nothing[1].evidence, evidence, weights, thresholds)
     explanations = [
         DayExplanation(
-            laws[i].name or NOTHING_MISSING,
+            laws[i].name,
             float(probability),
             each.evidence,
             numbers_of(laws[i], first, each),
-            fitted=i in found,
+            fitted=i in fitted_laws,
         )
         for probability, (i, each) in zip(odds, joint.items(), strict=True)
     ]
@@ -323,7 +342,7 @@ def numbers_of(law: Law, first: SeparateFit, joint: Joint) -> dict[str, Number]:
     model, _ = law.added_to(first.fit.model, 0)
     numbers = {}
     for name, apart, error in zip((*SHARED, *law.amplitudes), joint.values, joint.errors, strict=True):
-        value, half = known.get(name, 0.0) + float(apart), INTERVAL_90 * float(error)
+        value, half = known.get(name, 0.0) + float(apart), first.problem.thresholds.interval_90 * float(error)
         value, low, high = np.clip([value, value - half, value + half], *model.bounds(name)).tolist()
-        numbers[name] = Number(value, low, high, model.about(name).unit)
+        numbers[str(name)] = Number(value, low, high, model.about(name).unit)
     return numbers

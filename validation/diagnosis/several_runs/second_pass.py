@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,33 +24,32 @@ from scipy.spatial import cKDTree
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu, slope_to_level
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import best_levels
 from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.recording.instruments.gps import enu_from
+from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Number
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, add_part, name_in_model
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import (
-    Explanation,
-    Round,
     evidence_by_size,
     extended_parameters,
-    rank_by_probability,
     weigh_refit,
 )
-from sssi_exudyn.validation.diagnosis.search.probabilities import SPREAD, TEMPER
-from sssi_exudyn.validation.diagnosis.search.reestimate_rivals import RIVAL, Anew
-from sssi_exudyn.validation.diagnosis.search.search_result import SURE, WORTH_NAMING, Accepted, SearchEnd
-from sssi_exudyn.validation.diagnosis.state import estimate_again, fit_model, fitted_run, linear_model, remove
-
-NEAR: Final = 10.0
-"""m from a run's way within which snow and terrain are taken to be the same."""
-_LEAST: Final = 3.0
-"""m of a run's way at a place, below which it has not passed it."""
-_SAME: Final = 0.3
-"""Share of the time of two things together that both act, from which they may be one."""
+from sssi_exudyn.validation.diagnosis.search.explanation import Explanation, Nothing, Refitted, Round
+from sssi_exudyn.validation.diagnosis.search.search_result import Accepted, SearchEnd
+from sssi_exudyn.validation.diagnosis.state import (
+    Reestimate,
+    estimate_again,
+    fit_model,
+    fitted_run,
+    linear_model,
+    remove,
+)
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
 
 @dataclass(frozen=True)
@@ -87,7 +85,7 @@ class SamePlace:
         """Whether the other runs made a name sure, or another one sure."""
         name, probability = best_of(self.after)
         first, before = best_of(self.before)
-        return probability >= SURE and (before < SURE or name != first)
+        return probability >= THRESHOLDS.sure and (before < THRESHOLDS.sure or name != first)
 
 
 @dataclass(frozen=True)
@@ -118,14 +116,16 @@ class Way:
         beyond = down - float(np.clip(down, level[0], level[-1]))
         return float(np.interp(down, level, other.places[:, 0])) + beyond / float(np.cos(other.inclination))
 
-    def passes(self, other: Way, window: tuple[float, float]) -> NDArray[np.bool_]:
-        """(n,) at which of its instants this way is where the other was in that time (s)."""
+    def passes(
+        self, other: Way, window: tuple[float, float], near_path: float = THRESHOLDS.near_path
+    ) -> NDArray[np.bool_]:
+        """(n,) instants at which this way is within ``near_path`` (m) of where the other was in that time (s)."""
         there = other.places[(other.time >= window[0]) & (other.time <= window[1])]
         if len(there) == 0:
             return np.zeros(len(self.time), dtype=bool)
         begin, end = (other.line_in(float(f), self) for f in (there[:, 0].min(), there[:, 0].max()))
         tree = cKDTree(other.from_above(there, self.origin))
-        near = tree.query(self.from_above(self.places, self.origin))[0] <= NEAR
+        near = tree.query(self.from_above(self.places, self.origin))[0] <= near_path
         return np.asarray(near & (self.places[:, 0] >= begin) & (self.places[:, 0] <= end))
 
     def metres(self, inside: NDArray[np.bool_]) -> float:
@@ -162,36 +162,41 @@ def ask_other_runs(
     another run passed that place.
     """
     runs = [_run(name, end) for name, end in ends.items()]
-    found = []
+    answers = []
     for run in runs:
         for each in run.end.accepted:
             progress(None, f"{each.explanation.name} of {run.name} in the other runs")
             asked = _ask(run, each, [other for other in runs if other is not run])
             if asked is not None:
-                found.append(asked)
-    return tuple(found)
+                answers.append(asked)
+    return tuple(answers)
 
 
 def _run(name: str, end: SearchEnd) -> _Run:
-    fitted, gps = fitted_run(end.problem, end.state, end.fit), end.problem.recording.gps
-    assert gps is not None
+    fitted = fitted_run(end.problem, end.state, end.fit)
     places = fitted.run.foot_position.mean(axis=1)
-    way = Way(fitted.run.time, places, fitted.model.inclination, fitted.model.fall_line_azimuth, gps.origin)
+    way = Way(fitted.run.time, places, fitted.model.inclination, fitted.model.fall_line_azimuth, end.problem.gps.origin)
     return _Run(name, end, fitted, way)
 
 
 def _ask(run: _Run, finding: Accepted, others: Sequence[_Run]) -> SamePlace | None:
     """What the other runs say of a finding; None where they say nothing."""
-    rivals = [each for each in finding.searched.explanations if each.probability >= RIVAL and each.fit is not None]
-    known = {each.name: _known(each) for each in rivals if each.name and BY_NAME[each.name].lines}
-    if not known or len(rivals) < 2:
+    thresholds, searched = run.end.problem.thresholds, finding.searched
+    rivals = [
+        each
+        for each in searched.explanations
+        if isinstance(each, Nothing | Refitted) and each.probability >= thresholds.rival
+    ]
+    keeping = [each for each in rivals if isinstance(each, Refitted) and each.hypothesis.lines]
+    if not keeping or len(rivals) < 2:
         return None
-    windows = {each.name: _window(run, each) for each in rivals if each.name in known}
+    known = {each.name: _known(each, thresholds) for each in keeping}
+    windows = {each.name: _window(run, each) for each in keeping}
     passes = []
     for other in others:
-        inside = {name: other.way.passes(run.way, window) for name, window in windows.items()}
+        inside = {name: other.way.passes(run.way, window, thresholds.near_path) for name, window in windows.items()}
         metres = {name: other.way.metres(there) for name, there in inside.items()}
-        passed = [name for name, length in metres.items() if length >= _LEAST]
+        passed = [name for name, length in metres.items() if length >= thresholds.least_passed]
         if not passed:
             continue
         try:
@@ -202,24 +207,24 @@ def _ask(run: _Run, finding: Accepted, others: Sequence[_Run]) -> SamePlace | No
             passes.append(Pass(other.name, max(metres.values()), gains))
     if not passes:
         return None
-    after = update(finding.searched, passes)
-    named = {e.name for some in (finding.searched.explanations, after) for e in some if e.probability >= WORTH_NAMING}
+    after = update(searched, passes)
+    named = {
+        e.name for some in (searched.explanations, after) for e in some if e.probability >= thresholds.worth_naming
+    }
     before, later = (
-        {e.name or NOTHING_MISSING: e.probability for e in some if e.name in named}
-        for some in (finding.searched.explanations, after)
+        {e.name: e.probability for e in some if e.name in named} for some in (searched.explanations, after)
     )
     window = windows.get(finding.explanation.name) or next(iter(windows.values()))
-    sentence = _sentence(run.name, window, before, later, passes)
+    sentence = _sentence(run.name, window, before, later, passes, thresholds)
     return SamePlace(run.name, finding.explanation.name, before, later, tuple(passes), sentence)
 
 
 def update(searched: Round, passes: Sequence[Pass]) -> tuple[Explanation, ...]:
-    """The explanations of a round with what other runs measured at its place, the most probable first."""
+    """Return the explanations of a round with what other runs measured at its place, the most probable first."""
     gains = gains_of(passes)
-    found = [
-        replace(each, log_evidence=each.log_evidence + gains.get(each.name, 0.0)) for each in searched.explanations
-    ]
-    return rank_by_probability(found, searched.explained)
+    return searched.ranked(
+        [replace(each, log_evidence=each.log_evidence + gains.get(each.name, 0.0)) for each in searched.explanations]
+    ).explanations
 
 
 def gains_of(passes: Sequence[Pass]) -> dict[str, float]:
@@ -231,32 +236,27 @@ def gains_of(passes: Sequence[Pass]) -> dict[str, float]:
     return gains
 
 
-def _known(explanation: Explanation) -> _Known:
+def _known(explanation: Refitted, thresholds: Thresholds) -> _Known:
     fit, candidate = explanation.fit, explanation.candidate
-    assert fit is not None
-    assert candidate is not None
     names = [*(group[0] for group in candidate.amplitudes), *candidate.places]
-    part = fit.model.owner(names[0].partition(".")[0])
+    part = fit.model.owner(names[0].owner)
     assert isinstance(part, Term)
-    return _Known(
-        part, BY_NAME[explanation.name].lines, {name.partition(".")[2]: _what_is_known(fit, name) for name in names}
-    )
+    numbers = {name.key: _what_is_known(fit, name, thresholds) for name in names}
+    return _Known(part, explanation.hypothesis.lines, numbers)
 
 
-def _what_is_known(fit: Refit, name: str) -> Prior:
-    value, low, _ = fit.interval(name, SPREAD)
+def _what_is_known(fit: Refit, name: NumberRef, thresholds: Thresholds) -> Prior:
+    value, low, _ = fit.interval(name, thresholds.spread)
     return Prior(value, value - low)
 
 
-def _window(run: _Run, explanation: Explanation) -> tuple[float, float]:
+def _window(run: _Run, explanation: Refitted) -> tuple[float, float]:
     """When an explanation that keeps to a place acts on its own run (s)."""
-    fit, candidate = explanation.fit, explanation.candidate
-    assert fit is not None
-    assert candidate is not None
+    candidate, model = explanation.candidate, explanation.fit.model
     names = [*candidate.strengths, *candidate.places]
-    values = {name.partition(".")[2]: fit.model.value(name) for name in names}
+    values = {name.key: model.value(name) for name in names}
     numbers = {key: Number(value, value, value, "") for key, value in values.items()}
-    window = BY_NAME[explanation.name].window(run.fitted, candidate, numbers)
+    window = explanation.hypothesis.window(run.fitted, candidate, numbers)
     return window or (float(run.way.time[0]), float(run.way.time[-1]))
 
 
@@ -273,17 +273,16 @@ def _weigh_there(
     end = other.end
     own = _own_there(other, np.any(list(inside.values()), axis=0))
     if own is None:
-        without = Anew(end.problem, end.state, end.fit)
+        without = Reestimate(end.problem, end.state, end.fit)
     else:
-        found = own.explanation
-        assert found.candidate is not None
-        if sum(each.explanation.name == found.name for each in end.accepted) > 1:
+        finding = own.explanation
+        if sum(each.explanation.name == finding.name for each in end.accepted) > 1:
             return {}, dict(known)
-        state, less = remove(end.problem, end.state, end.fit, found.candidate)
-        without = Anew(*estimate_again(end.problem, state, less, full=end.full))
+        state, less = remove(end.problem, end.state, end.fit, finding.candidate)
+        without = Reestimate(*estimate_again(end.problem, state, less, full=end.full))
     neutral = _evidence(without)
     if own is not None:
-        neutral = _either(neutral, own, _evidence_of_own(end, without, own.explanation))
+        neutral = _either(neutral, own, _evidence_of_own(end, without, own.explanation), end.problem)
     gains: dict[str, float | None] = {}
     updated = dict(known)
     for name in inside:
@@ -293,11 +292,11 @@ def _weigh_there(
             continue
         possible = BY_NAME[name].possible(there.fit.model)
         gains[name] = _evidence(there) - neutral if possible else None
-        updated[name] = _after(known[name], there.fit, lines)
+        updated[name] = _after(known[name], there.fit, lines, end.problem.thresholds)
     return gains, updated
 
 
-def _evidence(about: Anew) -> float:
+def _evidence(about: Reestimate) -> float:
     return best_levels(linear_model(about.problem, about.state, about.fit), about.state.levels)[1]
 
 
@@ -307,19 +306,17 @@ def _own_there(other: _Run, inside: NDArray[np.bool_]) -> Accepted | None:
     """
     shares: dict[int, float] = {}
     for i, each in enumerate(other.end.accepted):
-        candidate = each.explanation.candidate
-        if candidate is None or candidate.window is None:
+        if each.explanation.candidate.window is None:
             continue
         begin, end = _window(other, each.explanation)
         acts = (other.way.time >= begin) & (other.way.time <= end)
         shares[i] = float(np.sum(acts & inside)) / max(1.0, float(np.sum(acts | inside)))
     best = max(shares, key=lambda i: shares[i], default=None)
-    return None if best is None or shares[best] < _SAME else other.end.accepted[best]
+    return None if best is None or shares[best] < other.end.problem.thresholds.same_time else other.end.accepted[best]
 
 
-def _evidence_of_own(end: SearchEnd, without: Anew, own: Explanation) -> float:
+def _evidence_of_own(end: SearchEnd, without: Reestimate, own: Refitted) -> float:
     """Log evidence of a run with what it was itself found to have, wherever it was sought."""
-    assert own.candidate is not None
     amplitudes, places = extended_parameters(without.fit, own.candidate)
     names = [p.names for p in (*amplitudes, *places)]
     order = [next(i for i, p in enumerate(end.fit.parameters) if p.names == each) for each in names]
@@ -335,21 +332,21 @@ def _evidence_of_own(end: SearchEnd, without: Anew, own: Explanation) -> float:
     return weigh_refit(end.problem, end.state, without.fit, own, ordered, by_size).log_evidence
 
 
-def _either(nothing: float, own: Accepted, evidence: float) -> float:
+def _either(nothing: float, own: Accepted, evidence: float, problem: DiagnosisProblem) -> float:
     """Log evidence of a run in which nothing is missing at a place, or one of the explanations of what it was found to
     have that keep to their time, each as probable beforehand as in a diagnosis of that run alone; ``evidence`` is that
     of the best explanation.
     """
-    whole = sum(each.weight for each in HYPOTHESES)
-    logs = [TEMPER * nothing]
-    for each in own.searched.explanations:
-        if each.name and not BY_NAME[each.name].comes_again:
+    temper, whole = problem.thresholds.temper, sum(each.weight for each in problem.hypotheses)
+    logs = [temper * nothing]
+    for each in own.searched.hypotheses:
+        if not each.hypothesis.comes_again:
             behind = own.explanation.log_evidence - each.log_evidence
-            logs.append(TEMPER * (evidence - behind) + float(np.log(BY_NAME[each.name].weight / whole)))
-    return float(np.logaddexp.reduce(logs)) / TEMPER
+            logs.append(temper * (evidence - behind) + float(np.log(each.hypothesis.weight / whole)))
+    return float(np.logaddexp.reduce(logs)) / temper
 
 
-def _meet_again(run: _Run, other: _Run, without: Anew, known: _Known) -> tuple[Anew, dict[str, float]]:
+def _meet_again(run: _Run, other: _Run, without: Reestimate, known: _Known) -> tuple[Reestimate, dict[str, float]]:
     """A run that meets what another run knows of, estimated anew, and by how much (m) places lie further down its fall
     line than down the other's.
     """
@@ -361,18 +358,18 @@ def _meet_again(run: _Run, other: _Run, without: Anew, known: _Known) -> tuple[A
     }
     part = replace(known.part, **{key: prior.mean for key, prior in priors.items()})
     owner = name_in_model(without.fit.model, part)
-    more = tuple(Parameter((f"{owner}.{key}",), prior) for key, prior in priors.items())
+    more = tuple(Parameter((NumberRef.of(owner, key),), prior) for key, prior in priors.items())
     start = add_part(without.fit.model, part)
     fit = fit_model(without.problem, without.state, start, (*without.fit.parameters, *more), without.state.levels)
-    return Anew(*estimate_again(without.problem, without.state, fit, full=other.end.full)), lines
+    return Reestimate(*estimate_again(without.problem, without.state, fit, full=other.end.full)), lines
 
 
-def _after(known: _Known, fit: Refit, lines: Mapping[str, float]) -> _Known:
+def _after(known: _Known, fit: Refit, lines: Mapping[str, float], thresholds: Thresholds) -> _Known:
     """What is known once a run has met it; its parameters are the last of ``fit``."""
     numbers = {}
     for key, parameter in zip(known.numbers, fit.parameters[-len(known.numbers) :], strict=True):
-        found = _what_is_known(fit, parameter.names[0])
-        numbers[key] = Prior(found.mean - lines.get(key, 0.0), min(found.sigma, known.numbers[key].sigma))
+        now = _what_is_known(fit, parameter.names[0], thresholds)
+        numbers[key] = Prior(now.mean - lines.get(key, 0.0), min(now.sigma, known.numbers[key].sigma))
     return replace(known, numbers=numbers)
 
 
@@ -387,6 +384,7 @@ def _sentence(
     before: Mapping[str, float],
     after: Mapping[str, float],
     passes: Sequence[Pass],
+    thresholds: Thresholds,
 ) -> str:
     """What a finding is, in words, now that the other runs have been asked."""
     *most, last = [each.run for each in passes]
@@ -396,10 +394,10 @@ def _sentence(
     listed = ", ".join(
         f"{_caption(each)} ({share:.0%}, by {run} alone {before[each]:.0%})"
         for each, share in after.items()
-        if each == name or (probability < SURE and share >= RIVAL)
+        if each == name or (probability < thresholds.sure and share >= thresholds.rival)
     )
     return f"{who} passed where {run} was between {window[0]:.1f} s and {window[1]:.1f} s, and {met}: {listed}."
 
 
 def _caption(name: str) -> str:
-    return "nothing" if name == NOTHING_MISSING else BY_NAME[name].caption
+    return name if name == NOTHING_MISSING else BY_NAME[name].caption

@@ -48,12 +48,12 @@ from sssi_exudyn.validation.diagnosis.diagnosis_data import (
     Weighed,
     Where,
 )
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES, LATENT_FORCE
-from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, Hypothesis
 from sssi_exudyn.validation.diagnosis.search.averaged_friction import averaged_friction
 from sssi_exudyn.validation.diagnosis.search.chance_findings import CHANCE_SEED, search_by_chance
-from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search.detectability import adequacy
+from sssi_exudyn.validation.diagnosis.search.explanation import Explanation, Refitted, Round
 from sssi_exudyn.validation.diagnosis.search.held_out_turns import (
     best_residual,
     folds_of,
@@ -69,20 +69,15 @@ from sssi_exudyn.validation.diagnosis.search.missing_force import (
     placebos,
 )
 from sssi_exudyn.validation.diagnosis.search.physical_limits import POSSIBLE_SEED
-from sssi_exudyn.validation.diagnosis.search.probabilities import INTERVAL_90, NOTHING
-from sssi_exudyn.validation.diagnosis.search.search_result import LIKELY, SURE, WORTH_NAMING, Accepted, Figures
+from sssi_exudyn.validation.diagnosis.search.search_result import Accepted, Figures
 from sssi_exudyn.validation.diagnosis.state import State
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 from sssi_exudyn.validation.diagnosis.wording.next_measurement import next_measurements
 from sssi_exudyn.validation.diagnosis.wording.paragraph import paragraph_of
 from sssi_exudyn.validation.diagnosis.wording.sentence import sentence_of
 
-_FRICTION: Final = ("friction.mu_t", "friction.mu_n")
-_WAY_POINTS: Final = 4
-"""Of the way in each cell of the missing force."""
-_LEAST_OVERLAP: Final = 0.25
-"""Share of a turn's phase that a finding covers where it is named."""
-_MOST: Final = 0.5
-"""Share of a turn that a stretch covers where it stands for that turn."""
+_PATH_POINTS: Final = 4
+"""Points of the path in each cell of the missing force."""
 
 
 def describe(
@@ -95,18 +90,19 @@ def describe(
     accepted: Sequence[Accepted],
     estimates: tuple[Posterior, Posterior] | None,
 ) -> tuple[Diagnosis, tuple[Figures, ...]]:
-    """The diagnosis of a recording of that name, and the figures of the fit without anything and with each finding.
+    """Return the diagnosis of a recording of that name, and the figures of the fit without anything and with each
+    finding.
 
     estimates : the first and the final model with all that is uncertain estimated; None where the search's fits do
     """
     before_model, after_model = (first, final) if estimates is None else estimates
-    measurements = problem.measurements
-    every = [rounds[0].linear, *(each.linear for each in accepted)]
+    measurements, thresholds = problem.measurements, problem.thresholds
+    lines = [rounds[0].linear, *(each.linear for each in accepted)]
     folds = folds_of(measurements, rounds[0].fitted.edge_changes)
-    residuals = [best_residual(linear, state.levels) for linear in every]
-    left_out = [held_out_errors(linear, state.levels, folds)[:, 0] for linear in every]
+    residuals = [best_residual(linear, state.levels) for linear in lines]
+    left_out = [held_out_errors(linear, state.levels, folds)[:, 0] for linear in lines]
     figures = [
-        figures_of(linear, state.levels, *each) for linear, *each in zip(every, residuals, left_out, strict=True)
+        figures_of(linear, state.levels, *each) for linear, *each in zip(lines, residuals, left_out, strict=True)
     ]
     if estimates is not None:  # what the model does that is written
         for i, posterior in ((0, estimates[0]), (-1, estimates[1])):
@@ -115,15 +111,13 @@ def describe(
         missing_force(each.linear, state.levels, each.fitted, each.responses[LATENT_FORCE.name])
         for each in (rounds[0], rounds[-1])
     )
-    findings = []
-    for found, linear, worse, better in zip(accepted, every[:-1], figures[:-1], figures[1:], strict=True):
-        each, best = found.searched, found.explanation
-        columns = placebos(each.fitted, each.responses[LATENT_FORCE.name])
-        errors = np.nanmean(held_out_errors(linear, state.levels, folds, columns), axis=0)
-        evidence = _evidence(worse, better, errors)
-        findings.append(_finding(each, best, after_model, rounds[-1].fitted, missing, evidence))
-    near = adequacy(residuals[-1], measurements)
-    verdict = _verdict(findings, near, rounds[-1].nothing.probability)
+    evidence = _evidence_of_each(accepted, lines, figures, state.levels, folds)
+    findings = [
+        _finding(each.searched, each.explanation, after_model, rounds[-1].fitted, missing, its)
+        for each, its in zip(accepted, evidence, strict=True)
+    ]
+    near = adequacy(residuals[-1], measurements, thresholds)
+    verdict = verdict_of(findings, near, rounds[-1].nothing.probability, thresholds)
     models = before_model.model, after_model.model
     following = _next(rounds[-1], accepted, state.levels)
     diagnosis = Diagnosis(
@@ -147,10 +141,12 @@ def describe(
         friction_averaged=averaged_friction(
             rounds[-1], [(each.searched, each.explanation) for each in accepted], after_model
         ),
-        version=_version(),
-        held_out=_held_out(rounds[0].fitted, folds, left_out[0], left_out[-1]),
+        version=_version(problem.hypotheses, thresholds),
+        held_out=held_out_stretches(rounds[0].fitted, folds, left_out[0], left_out[-1]),
         paragraph=paragraph_of(findings, verdict, rounds[-1], near, models[1], figures, following),
-        chance=search_by_chance(rounds[0].linear, rounds[0].nothing.levels, rounds[0].fitted, rounds[0].responses),
+        chance=search_by_chance(
+            rounds[0].linear, rounds[0].nothing.levels, rounds[0].fitted, problem.hypotheses, rounds[0].responses
+        ),
     )
     return diagnosis, tuple(figures)
 
@@ -158,7 +154,8 @@ def describe(
 def _next(last: Round, accepted: Sequence[Accepted], levels: NoiseLevels) -> tuple[Next, ...]:
     """For the least certain of what was found, or for what stands between nothing and something."""
     if not accepted:
-        return next_measurements(last, last.nothing, levels) if last.nothing.probability < LIKELY else ()
+        unlikely = last.nothing.probability < last.fitted.thresholds.likely
+        return next_measurements(last, last.nothing, levels) if unlikely else ()
     least = min(accepted, key=lambda each: each.explanation.probability)
     return next_measurements(least.searched, least.explanation, levels)
 
@@ -177,14 +174,17 @@ def figures_of(linear: LinearModel, levels: NoiseLevels, residual: Array, left_o
     )
 
 
-def _verdict(findings: Sequence[Finding], near: Adequacy, nothing: float) -> Outcome:
-    if not near.adequate or (not findings and nothing < LIKELY):
+def verdict_of(
+    findings: Sequence[Finding], near: Adequacy, nothing: float, thresholds: Thresholds = THRESHOLDS
+) -> Outcome:
+    """Return the verdict on ``findings``, where nothing more is missing with the probability ``nothing``."""
+    if not near.adequate or (not findings and nothing < thresholds.likely):
         return "not_adequate"
     if not findings:
         return "none"
-    if any(_of_no_known_cause(f) > 0.5 for f in findings if f.kind == "unexplained"):
+    if any(_of_no_known_cause(f) > thresholds.unexplained for f in findings if f.kind == "unexplained"):
         return "unexplained"
-    sure = all(f.probability >= SURE and f.kind != "unexplained" for f in findings)
+    sure = all(f.probability >= thresholds.sure and f.kind != "unexplained" for f in findings)
     return "explained" if sure else "ambiguous"
 
 
@@ -196,7 +196,7 @@ def _of_no_known_cause(finding: Finding) -> float:
 
 def _finding(
     searched: Round,
-    explanation: Explanation,
+    explanation: Refitted,
     final: Refit | Posterior,
     fitted: FittedRun,
     missing: MissingForce,
@@ -205,12 +205,11 @@ def _finding(
     """A finding of a round, with its numbers in the ``final`` model, of which ``fitted`` is a run: only with what was
     found is the skier where he was when.
     """
-    hypothesis, candidate = BY_NAME[explanation.name], explanation.candidate
-    assert candidate is not None
+    hypothesis, candidate, thresholds = explanation.hypothesis, explanation.candidate, fitted.thresholds
     numbers: dict[str, Number] = {}
     for names in (*candidate.amplitudes, *((name,) for name in candidate.places)):
-        value, low, high = final.interval(names[0], INTERVAL_90)
-        numbers[names[0].partition(".")[2]] = Number(value, low, high, final.model.about(names[0]).unit)
+        value, low, high = final.interval(names[0], thresholds.interval_90)
+        numbers[names[0].key] = Number(value, low, high, final.model.about(names[0]).unit)
     window = hypothesis.window(fitted, candidate, numbers)
     acting = window or (float(fitted.run.time[0]), float(fitted.run.time[-1]))
     return Finding(
@@ -218,16 +217,35 @@ def _finding(
         name=hypothesis.name,
         probability=explanation.probability,
         alternatives=tuple(
-            Alternative(other.name or NOTHING_MISSING, other.probability)
+            Alternative(other.name, other.probability)
             for other in searched.explanations
-            if other is not explanation and other.probability >= WORTH_NAMING
+            if other is not explanation and other.probability >= thresholds.worth_naming
         ),
-        where=None if window is None else _where(window, fitted),
+        where=None if window is None else where_of(window, fitted),
         parameters=numbers,
         impulse_Ns=_vector(missing.impulse(acting)) if hypothesis.kind != "sensor" else (0.0, 0.0, 0.0),
         evidence=evidence,
         caption=hypothesis.caption,
     )
+
+
+def _evidence_of_each(
+    accepted: Sequence[Accepted],
+    lines: Sequence[LinearModel],
+    figures: Sequence[Figures],
+    levels: NoiseLevels,
+    folds: list[tuple[float, float]],
+) -> list[Evidence]:
+    """How much better the model meets the recording with each finding: ``lines`` and ``figures`` of the model without
+    any, and with each after the other.
+    """
+    evidence = []
+    for finding, linear, before, after in zip(accepted, lines[:-1], figures[:-1], figures[1:], strict=True):
+        searched = finding.searched
+        columns = placebos(searched.fitted, searched.responses[LATENT_FORCE.name])
+        errors = np.nanmean(held_out_errors(linear, levels, folds, columns), axis=0)
+        evidence.append(_evidence(before, after, errors))
+    return evidence
 
 
 def _evidence(before: Figures, after: Figures, placebo_errors: Array) -> Evidence:
@@ -242,15 +260,16 @@ def _evidence(before: Figures, after: Figures, placebo_errors: Array) -> Evidenc
     )
 
 
-def _where(window: tuple[float, float], fitted: FittedRun) -> Where:
-    run = fitted.run
+def where_of(window: tuple[float, float], fitted: FittedRun) -> Where:
+    """Return where a ``window`` of time (s) of a run is: metres of its path, phases and turns."""
+    run, covered = fitted.run, fitted.thresholds.phase_covered
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(run.com, axis=0), axis=1))])
     distance = [float(np.interp(t, run.time, way)) for t in window]
     every = {
         number: [
             phase
             for phase, (begin, end) in turn.phases.items()
-            if min(end, window[1]) - max(begin, window[0]) > _LEAST_OVERLAP * (end - begin)
+            if min(end, window[1]) - max(begin, window[0]) > covered * (end - begin)
         ]
         for number, turn in enumerate(find_turns(run.time, run.com).turns, 1)
     }
@@ -259,21 +278,21 @@ def _where(window: tuple[float, float], fitted: FittedRun) -> Where:
     return Where(window[0], window[1], (distance[0], distance[1]), "both", phases, tuple(met))
 
 
-def _held_out(
+def held_out_stretches(
     fitted: FittedRun, folds: Sequence[tuple[float, float]], before: Array, after: Array
 ) -> tuple[HeldOut, ...]:
-    """Each stretch that was left out, with its mean of the errors (fixes,) m; it stands for the turn of which it covers
-    more than half.
+    """Return each stretch that was left out, with its mean of the errors (fixes,) m before and after; it stands for the
+    turn that it covers most of.
     """
     fixes, turns = fitted.measurements.fixes, find_turns(fitted.run.time, fitted.run.com).turns
-    found = []
+    stretches = []
     for begin, end in folds:
         inside = (fixes >= begin) & (fixes < end)
         covered = [(min(end, turn.end) - max(begin, turn.start)) / turn.duration for turn in turns]
-        number = next((count for count, share in enumerate(covered, 1) if share > _MOST), None)
+        number = next((count for count, share in enumerate(covered, 1) if share > fitted.thresholds.turn_covered), None)
         if np.any(inside):
-            found.append(HeldOut(begin, end, number, float(np.mean(before[inside])), float(np.mean(after[inside]))))
-    return tuple(found)
+            stretches.append(HeldOut(begin, end, number, float(np.mean(before[inside])), float(np.mean(after[inside]))))
+    return tuple(stretches)
 
 
 def _memory(residual: Array, measurements: Measurements, levels: NoiseLevels) -> float:
@@ -302,8 +321,7 @@ def _noise(levels: NoiseLevels, about: Uncertainty) -> Noise:
 
 def _weighed(explanation: Explanation) -> Weighed:
     evidence = explanation.log_evidence if np.isfinite(explanation.log_evidence) else None
-    refitted = bool(explanation.name) and explanation.fit is not None
-    return Weighed(explanation.name or NOTHING_MISSING, explanation.probability, evidence, refitted)
+    return Weighed(explanation.name, explanation.probability, evidence, isinstance(explanation, Refitted))
 
 
 def _over_time(missing: MissingForce) -> ForceOverTime:
@@ -342,16 +360,16 @@ def _distance(measurements: Measurements, first: Array, final: Array) -> TrackDi
 
 def _way(fitted: FittedRun) -> Way:
     edges = fitted.time_edges
-    parts = [np.linspace(a, b, _WAY_POINTS, endpoint=False) for a, b in pairwise(edges)]
+    parts = [np.linspace(a, b, _PATH_POINTS, endpoint=False) for a, b in pairwise(edges)]
     time = np.concatenate([*parts, edges[-1:]])
     f, l = (np.interp(time, fitted.run.time, fitted.run.com[:, axis]) for axis in range(2))  # noqa: E741
     return Way(tuple(time.tolist()), tuple(f.tolist()), tuple(l.tolist()))
 
 
-def _version() -> Version:
-    priors = {hypothesis.name: hypothesis.weight for hypothesis in HYPOTHESES}
+def _version(hypotheses: Sequence[Hypothesis], thresholds: Thresholds) -> Version:
+    priors = {hypothesis.name: hypothesis.weight for hypothesis in hypotheses}
     seeds = {"chance": CHANCE_SEED, "placebos": PLACEBO_SEED, "possible": POSSIBLE_SEED}
-    return Version(versions()["sssi_exudyn"], {NOTHING_MISSING: NOTHING, **priors}, source_digest(), seeds)
+    return Version(versions()["sssi_exudyn"], {NOTHING_MISSING: thresholds.nothing, **priors}, source_digest(), seeds)
 
 
 def _vector(values: Array) -> Vector:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 from scipy.stats import norm
@@ -18,23 +17,14 @@ from scipy.stats import norm
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.core.number_ref import VELOCITY_F, VELOCITY_L
 from sssi_exudyn.fitting.evidence import uncertain, whiten_columns
 from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
-from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Next
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation, Round
-from sssi_exudyn.validation.diagnosis.search.probabilities import TEMPER
-from sssi_exudyn.validation.diagnosis.search.search_result import SURE
-
-_SETTLED: Final = float(np.log(SURE / (1.0 - SURE)))
-"""Log odds from which a name stands alone."""
-_GOOD_RECEIVER: Final = 0.02
-"""m, of a receiver with a fixed solution."""
-_WORSE: Final = 1.5
-"""Times that noise from which a good receiver is a measurement of its own."""
-_LISTED: Final = 3
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Next
+from sssi_exudyn.validation.diagnosis.search.explanation import Nothing, Refitted, Round
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
 
 @dataclass(frozen=True)
@@ -46,33 +36,36 @@ class _Pass:
     levels: NoiseLevels
 
 
-def next_measurements(searched: Round, chosen: Explanation, levels: NoiseLevels) -> tuple[Next, ...]:
-    """Further passes that would distinguish ``chosen`` from the most probable other explanation of its round, the most
-    promising first; none where there is no other that was refitted, or where it is certain already.
+def next_measurements(searched: Round, chosen: Nothing | Refitted, levels: NoiseLevels) -> tuple[Next, ...]:
+    """Return further passes that would distinguish ``chosen`` from the most probable other explanation of its round.
+
+    The most promising comes first; none where no other was refitted, or where it is certain already.
     """
-    others = [each for each in searched.explanations if each is not chosen and each.fit is not None]
-    if not others or chosen.fit is None or chosen.probability >= SURE:
+    thresholds = searched.fitted.thresholds
+    others = [each for each in searched.explanations if isinstance(each, Nothing | Refitted) and each is not chosen]
+    if not others or chosen.probability >= thresholds.sure:
         return ()
     other = others[0]
-    names = chosen.name or NOTHING_MISSING, other.name or NOTHING_MISSING
-    found = []
+    proposals = []
     for each in _passes(searched, levels):
         try:
             square = _difference(searched, chosen, other, each)
         except SimulationDiverged:
             continue
-        likely = settled(chosen.probability, other.probability, square)
-        found.append(Next(each.words, names, likely))
-    return tuple(sorted(found, key=lambda each: -each.probability)[:_LISTED])
+        likely = settled(chosen.probability, other.probability, square, thresholds)
+        proposals.append(Next(each.words, (chosen.name, other.name), likely))
+    return tuple(sorted(proposals, key=lambda each: -each.probability)[: thresholds.listed_measurements])
 
 
-def settled(first: float, second: float, square: float) -> float:
-    """How probably one of two explanations, of these probabilities, would stand alone after a measurement that they
-    predict differently by ``square`` (D²).
+def settled(first: float, second: float, square: float, thresholds: Thresholds = THRESHOLDS) -> float:
+    """Return how probably one of two explanations would stand alone after a measurement.
+
+    first, second : their probabilities;  square : D², what they predict differently
     """
-    share, odds, spread = first / (first + second), float(np.log(first / second)), TEMPER * np.sqrt(max(square, 1e-12))
-    middle = 0.5 * TEMPER * square
-    right = norm.cdf((middle + odds - _SETTLED) / spread), norm.cdf((middle - odds - _SETTLED) / spread)
+    temper, sure = thresholds.temper, float(np.log(thresholds.sure / (1.0 - thresholds.sure)))
+    share, odds, spread = first / (first + second), float(np.log(first / second)), temper * np.sqrt(max(square, 1e-12))
+    middle = 0.5 * temper * square
+    right = norm.cdf((middle + odds - sure) / spread), norm.cdf((middle - odds - sure) / spread)
     return float(share * right[0] + (1.0 - share) * right[1])
 
 
@@ -82,14 +75,16 @@ def _passes(searched: Round, levels: NoiseLevels) -> Sequence[_Pass]:
         _Pass("the same slope once more, begun a fifth faster", 1.2, levels),
         _Pass("the same slope once more, begun a fifth slower", 0.8, levels),
     ]
-    if levels.gps.sigma > _WORSE * _GOOD_RECEIVER:
-        better = ExponentialNoise(_GOOD_RECEIVER, searched.linear.measurements.usual.gps.correlation_time)
-        words = f"the same slope once more, with a receiver good to {_GOOD_RECEIVER * 100.0:.0f} cm"
+    thresholds = searched.fitted.thresholds
+    good = thresholds.good_receiver
+    if levels.gps.sigma > thresholds.worse_receiver * good:
+        better = ExponentialNoise(good, searched.linear.measurements.usual.gps.correlation_time)
+        words = f"the same slope once more, with a receiver good to {good * 100.0:.0f} cm"
         passes.append(_Pass(words, 1.0, replace(levels, gps=better)))
     return passes
 
 
-def _difference(searched: Round, first: Explanation, second: Explanation, each: _Pass) -> float:
+def _difference(searched: Round, first: Nothing | Refitted, second: Nothing | Refitted, each: _Pass) -> float:
     """D² of another pass, once all that is uncertain has taken its part."""
     change = _predicted(searched, first, each) - _predicted(searched, second, each)
     white = whiten_columns(searched.linear, each.levels, change[:, None])
@@ -97,19 +92,18 @@ def _difference(searched: Round, first: Explanation, second: Explanation, each: 
     return max(0.0, float(white[:, 0] @ rest[:, 0]))
 
 
-def _predicted(searched: Round, explanation: Explanation, each: _Pass) -> Array:
+def _predicted(searched: Round, explanation: Nothing | Refitted, each: _Pass) -> Array:
     """(N,) what the instruments would measure of another pass."""
-    assert explanation.fit is not None
-    model = _again(explanation.fit.model, explanation)
-    start = ("start.velocity_f", "start.velocity_l")
+    model = on_another_pass(explanation)
+    start = (VELOCITY_F, VELOCITY_L)
     model = model.with_values({name: each.speed * model.value(name) for name in start})
     fitted = searched.fitted
     return fitted.measurements.predict(model, simulate_reduced(model, fitted.prepared))
 
 
-def _again(model: Model, explanation: Explanation) -> Model:
-    """The model of another pass."""
-    candidate = explanation.candidate
-    if candidate is None or BY_NAME[explanation.name].comes_again:
+def on_another_pass(explanation: Nothing | Refitted) -> Model:
+    """Return the model of another pass: an effect that does not come again is not there."""
+    model = explanation.fit.model
+    if isinstance(explanation, Nothing) or explanation.hypothesis.comes_again:
         return model
-    return model.without({name.partition(".")[0] for name in candidate.strengths})
+    return model.without({name.owner for name in explanation.candidate.strengths})

@@ -22,12 +22,14 @@ from sssi_exudyn.validation.diagnosis.diagnosis_data import (
     Where,
 )
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, distinguishing_measurement
-from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Round
-from sssi_exudyn.validation.diagnosis.search.search_result import SURE, WORTH_NAMING, Figures
+from sssi_exudyn.validation.diagnosis.search.explanation import Round
+from sssi_exudyn.validation.diagnosis.search.search_result import Figures
+from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
 
 _KMH: Final = 3.6
 """km/h of 1 m/s."""
 _CERTAIN: Final = 0.99
+"""Probability above which no number is said: no search is so certain."""
 
 
 def paragraph_of(
@@ -42,7 +44,7 @@ def paragraph_of(
     """The paragraph; ``last`` is the last round of the search, ``model`` the one with all findings, ``figures`` those
     before and after, ``following`` what to measure next.
     """
-    causes = len(last.explanations) - 1
+    causes, thresholds = len(last.hypotheses), last.fitted.thresholds
     sentences = [
         f"The run was simulated and held against the recording; {causes} possible causes of a difference were tried, "
         "from snow, slope and wind to the skier's own pushes and faults of the instruments"
@@ -54,26 +56,28 @@ def paragraph_of(
             "be trusted, and no cause is ruled out"
         )
     if findings:
-        sentences += [text for finding in findings for text in _of_finding(finding, model)]
+        sentences += [text for finding in findings for text in _of_finding(finding, model, thresholds)]
         sentences += _gain(figures)
     elif near.adequate:
         sentences += _without_finding(verdict, last, figures[0])
     if near.adequate:
-        found = {finding.name for finding in findings}
-        sentences += _too_small({name: each for name, each in last.noticed.items() if name not in found})
-    sentences.append(_what_next(findings, near, verdict, following))
+        names = {finding.name for finding in findings}
+        sentences += _too_small({name: each for name, each in last.noticed.items() if name not in names})
+    sentences.append(_what_next(findings, near, verdict, following, thresholds))
     return ". ".join(sentences) + "."
 
 
-def _of_finding(finding: Finding, model: Model) -> list[str]:
+def _of_finding(finding: Finding, model: Model, thresholds: Thresholds) -> list[str]:
     """What it is, when, how large, how sure, and what it may be instead."""
     words = BY_NAME[finding.name].plain_words(finding.parameters, model)
     certain = f"the program holds this for {_percent(finding.probability)} probable"
-    if finding.probability < SURE:
+    if finding.probability < thresholds.sure:
         certain += ", which is not enough to rely on it"
     others = [f"{_cause(other.name)} ({_percent(other.probability)})" for other in finding.alternatives]
     ruled_out = (
-        f"not ruled out: {', '.join(others)}" if others else f"no other cause is as probable as {WORTH_NAMING:.0%}"
+        f"not ruled out: {', '.join(others)}"
+        if others
+        else f"no other cause is as probable as {thresholds.worth_naming:.0%}"
     )
     return [f"{_when(finding.where)} {words}", f"{certain[0].upper()}{certain[1:]}; {ruled_out}"]
 
@@ -118,14 +122,18 @@ def _without_finding(verdict: Outcome, last: Round, figures: Figures) -> list[st
 def _too_small(noticed: dict[str, Smallest]) -> list[str]:
     """From which size on the usual effects would have been noticed."""
     listed = []
-    for name, found in noticed.items():
+    for name, smallest in noticed.items():
         text = BY_NAME[name].plain_smallest or BY_NAME[name].smallest
         if text:
-            listed.append(text.format(value=found.value, degrees=np.degrees(found.value), kmh=_KMH * found.value))
+            listed.append(
+                text.format(value=smallest.value, degrees=np.degrees(smallest.value), kmh=_KMH * smallest.value)
+            )
     return [f"Too small to be noticed here would be less than {', '.join(listed)}"] if listed else []
 
 
-def _what_next(findings: Sequence[Finding], near: Adequacy, verdict: Outcome, following: Sequence[Next]) -> str:
+def _what_next(
+    findings: Sequence[Finding], near: Adequacy, verdict: Outcome, following: Sequence[Next], thresholds: Thresholds
+) -> str:
     if not near.adequate:
         return (
             "Next: check what the recording states of slope, equipment and the sensors' places, or record the run "
@@ -141,7 +149,7 @@ def _what_next(findings: Sequence[Finding], near: Adequacy, verdict: Outcome, fo
         return "Next: nothing needs to be measured again for this"
     if not findings:
         return "Next: ski the slope again, faster or slower, or with a better receiver"
-    unsure = (each for each in findings if each.probability < SURE)
+    unsure = (each for each in findings if each.probability < thresholds.sure)
     known = (distinguishing_measurement(each.name, other.name) for each in unsure for other in each.alternatives)
     measurement = next((each for each in known if each), None)
     if measurement is not None:
@@ -160,4 +168,4 @@ def _percent(probability: float) -> str:
 
 def _cause(name: str) -> str:
     """A cause as a reader knows it."""
-    return "that nothing is missing" if name in ("", NOTHING_MISSING) else BY_NAME[name].caption
+    return "that nothing is missing" if name == NOTHING_MISSING else BY_NAME[name].caption

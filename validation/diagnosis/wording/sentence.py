@@ -9,8 +9,9 @@ import numpy as np
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Adequacy, Alternative, Finding
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, distinguishing_measurement
-from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Round
-from sssi_exudyn.validation.diagnosis.search.search_result import SURE, Figures
+from sssi_exudyn.validation.diagnosis.search.explanation import Round
+from sssi_exudyn.validation.diagnosis.search.search_result import Figures
+from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
 
 
 def sentence_of(
@@ -30,7 +31,7 @@ def sentence_of(
             f"instruments' noise leaves; μ_t is {friction.mu_t:.3f} and μ_n {friction.mu_n:.2f}. Would not have been "
             f"noticed if smaller: {_list_smallest(last)}."
         )
-    clauses = [_clause(finding, models[1]) for finding in findings]
+    clauses = [_clause(finding, models[1], last.fitted.thresholds) for finding in findings]
     if clauses:
         if clauses[0][0].isascii():  # a coefficient's Greek letter stays small
             clauses[0] = clauses[0][0].upper() + clauses[0][1:]
@@ -61,15 +62,15 @@ def _metres(distance: float) -> str:
 
 def _list_smallest(last: Round) -> str:
     """In words, from which size on the usual effects would have been noticed."""
-    words = [(BY_NAME[name].smallest, found.value) for name, found in last.noticed.items()]
+    words = [(BY_NAME[name].smallest, smallest.value) for name, smallest in last.noticed.items()]
     return ", ".join(text.format(value=value, degrees=np.degrees(value)) for text, value in words if text)
 
 
-def _clause(finding: Finding, model: Model) -> str:
+def _clause(finding: Finding, model: Model, thresholds: Thresholds) -> str:
     where = finding.where
     when = "" if where is None else f"between {where.t0_s:.1f} s and {where.t1_s:.1f} s "
     words = when + BY_NAME[finding.name].sentence(finding.parameters, model)
-    if finding.probability < SURE and finding.alternatives:
+    if finding.probability < thresholds.sure and finding.alternatives:
         words += f" ({finding.probability:.0%} probable; {list_alternatives(finding.name, finding.alternatives)})"
     return words + "."
 

@@ -2,21 +2,24 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 from a_linear_model import LEVELS, linear_model
+from explanations import explained, round_of
 from scipy.stats import norm
 
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, whiten_columns
-from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.validation.diagnosis.search.averaged_friction import averaged_friction
-from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation, Round
-from sssi_exudyn.validation.diagnosis.search.probabilities import INTERVAL_90, Mixture
+from sssi_exudyn.validation.diagnosis.search.explanation import Explanation, Round
+from sssi_exudyn.validation.diagnosis.search.probabilities import Mixture
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
+INTERVAL_90 = THRESHOLDS.interval_90
 HALF = float(norm.ppf(0.95))
 
 
@@ -39,17 +42,19 @@ class Fit:
         return 0.0, 2.0
 
 
-def explanation(name: str, probability: float, fit: Any) -> Explanation:
-    levels: Any = NoiseLevels
-    candidate: Any = SimpleNamespace(amplitudes=((f"{name}.delta_mu_t",), (f"{name}.delta_mu_n",)))
-    return Explanation(name, 0.0, probability, candidate if name else None, fit, levels)
+def explanation(name: str, probability: float, fit: Any) -> Any:
+    candidate: Any = SimpleNamespace(
+        amplitudes=tuple((NumberRef.of(name, f"delta_{key}"),) for key in ("mu_t", "mu_n"))
+    )
+    return explained(name, probability=probability, fit=fit, candidate=candidate)
 
 
 def of_round(*explanations: Explanation) -> Round:
     """Of a run down the fall line at 10 m/s for 6 s."""
-    nothing: Any = None
-    fitted: Any = SimpleNamespace(time_edges=np.linspace(0.0, 6.0, 16), time_at=lambda f: f / 10.0)
-    return Round(explanations, nothing, nothing, fitted, {}, {})
+    fitted: Any = SimpleNamespace(
+        time_edges=np.linspace(0.0, 6.0, 16), time_at=lambda f: f / 10.0, thresholds=THRESHOLDS
+    )
+    return round_of(*explanations, fitted=fitted)
 
 
 def test_one_explanation_is_a_normal_distribution() -> None:
@@ -70,7 +75,7 @@ def test_quantiles_of_a_mixture_hold_its_share() -> None:
 
 def test_where_nothing_else_is_probable_friction_is_the_final_model_s() -> None:
     final: Any = Fit(0.06, 0.55, 0.002)
-    last = of_round(explanation("", 1.0, Fit(0.07, 0.6, 0.002)), explanation("gust", 0.0, Fit(0.2, 0.9, 0.002)))
+    last = of_round(explanation("nothing", 1.0, Fit(0.07, 0.6, 0.002)), explanation("gust", 0.0, Fit(0.2, 0.9, 0.002)))
     found = averaged_friction(last, [], final)
     assert found["mu_t"].value == pytest.approx(0.06)
     assert found["mu_t"].high == pytest.approx(0.06 + INTERVAL_90 * 0.002, rel=1e-5)  # 1.6449 for the quantile
@@ -82,7 +87,7 @@ def test_a_rival_s_friction_is_in_the_interval() -> None:
     patch, gust = Fit(0.061, 0.55, 0.002), Fit(0.091, 0.55, 0.004)
     chosen = explanation("snow_patch", 0.7, patch)
     first = of_round(chosen, explanation("gust", 0.3, gust), explanation("wind", 0.0, None))
-    last = of_round(explanation("", 1.0, Fit(0.06, 0.55, 0.002)))
+    last = of_round(explanation("nothing", 1.0, Fit(0.06, 0.55, 0.002)))
     final: Any = Fit(0.06, 0.55, 0.002)
     final.values |= {"snow_patch.f0": 20.0, "snow_patch.f1": 40.0}
     found = averaged_friction(last, [(first, chosen)], final)
@@ -98,7 +103,7 @@ def test_a_rival_s_friction_is_in_the_interval() -> None:
 @pytest.mark.parametrize(("begin", "end"), [(1.0, 30.0), (30.0, 59.0)])
 def test_faster_snow_at_one_end_of_a_run_may_be_slower_snow_on_the_rest(begin: float, end: float) -> None:
     chosen = explanation("snow_patch", 1.0, Fit(0.13, 0.55, 0.002))
-    last = of_round(explanation("", 1.0, Fit(0.13, 0.55, 0.002)))
+    last = of_round(explanation("nothing", 1.0, Fit(0.13, 0.55, 0.002)))
     final: Any = Fit(0.13, 0.55, 0.002)
     patch = {"delta_mu_t": -0.09, "delta_mu_n": 0.01, "f0": begin, "f1": end}
     final.values |= {f"snow_patch.{key}": value for key, value in patch.items()}
@@ -109,11 +114,11 @@ def test_faster_snow_at_one_end_of_a_run_may_be_slower_snow_on_the_rest(begin: f
 
 
 def test_either_ski_may_be_the_usual_one() -> None:
-    law: Any = SimpleNamespace(amplitudes=(("unexplained_friction.delta_mu",),))
+    law: Any = SimpleNamespace(amplitudes=((NumberRef("unexplained_friction.delta_mu"),),))
     chosen = replace(explanation("unexplained_friction", 1.0, Fit(0.10, 0.55, 0.002)), candidate=law)
     final: Any = Fit(0.10, 0.55, 0.002)
     final.values["unexplained_friction.delta_mu"] = 0.06
-    last = of_round(explanation("", 1.0, Fit(0.10, 0.55, 0.002)))
+    last = of_round(explanation("nothing", 1.0, Fit(0.10, 0.55, 0.002)))
     found = averaged_friction(last, [(of_round(chosen), chosen)], final)
     assert found["mu_t"].low < 0.07 < 0.13 < found["mu_t"].high
     assert found["mu_t"].value == pytest.approx(0.10)
@@ -121,7 +126,7 @@ def test_either_ski_may_be_the_usual_one() -> None:
 
 def test_friction_is_not_below_zero() -> None:
     final: Any = Fit(0.001, 0.55, 0.01)
-    found = averaged_friction(of_round(explanation("", 1.0, final)), [], final)
+    found = averaged_friction(of_round(explanation("nothing", 1.0, final)), [], final)
     assert found["mu_t"].low == 0.0
 
 
@@ -139,9 +144,9 @@ def test_what_is_not_refitted_moves_friction_as_the_linear_model_has_it() -> Non
     # it does nearly what the first friction does
     column = linear.free.columns[:, [first]] + 0.1 * linear.free.columns[:, [0]]
     candidate: Any = SimpleNamespace(free=Freedom(column, 2.0 * scales[:1]))
-    likely = Explanation("", 0.0, 0.7, None, cast(Any, Fit(0.1, 0.1, 0.01)), levels)
-    weak = Explanation("wind", 0.0, 0.3, candidate, None, levels)
-    searched = Round((likely, weak), linear, base, cast(Any, None), {}, {})
+    likely = explained("nothing", probability=0.7, fit=Fit(0.1, 0.1, 0.01), levels=levels)
+    weak = explained("wind", probability=0.3, candidate=candidate, levels=levels)
+    searched = round_of(likely, weak, linear=linear, base=base)
     final: Any = Fit(0.06, 0.55, 0.002)
     found = averaged_friction(searched, [], final)
 

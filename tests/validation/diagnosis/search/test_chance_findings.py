@@ -8,24 +8,29 @@ from typing import Any
 import numpy as np
 import pytest
 from a_linear_model import LEVELS, covariance, linear_model
+from explanations import NOWHERE
 from scipy.stats import kstest
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import Freedom, LinearModel
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Chance
-from sssi_exudyn.validation.diagnosis.search import chance_findings
+from sssi_exudyn.validation.diagnosis.search.chance_findings import RUNS, search_by_chance
 
 
 class _Places:
     """A hypothesis whose candidates are the columns of its responses."""
+
+    weight = 1.0
+
+    def __init__(self, name: str) -> None:
+        self.name = name
 
     def candidates(self, _fitted: Any, responses: Array) -> list[Any]:
         return [type("At", (), {"free": Freedom(column[:, None], np.ones(1))}) for column in responses.T]
 
 
 @pytest.fixture
-def responses(monkeypatch: pytest.MonkeyPatch) -> dict[str, Array]:
-    monkeypatch.setattr(chance_findings, "BY_NAME", {name: _Places() for name in ("gust", "wind", "insole_gain")})
+def responses() -> dict[str, Array]:
     given, rng = linear_model(), np.random.default_rng(8)
     scale = 0.1 * given.measurements.scale.total[:, None]
     widths = {"gust": 12, "wind": 1, "insole_gain": 0}  # the last as of an instrument that is not there
@@ -33,8 +38,8 @@ def responses(monkeypatch: pytest.MonkeyPatch) -> dict[str, Array]:
 
 
 def searched(given: LinearModel, responses: dict[str, Array]) -> Chance:
-    nowhere: Any = None
-    return chance_findings.search_by_chance(given, LEVELS, nowhere, responses)
+    hypotheses: Any = [_Places(name) for name in responses]
+    return search_by_chance(given, LEVELS, NOWHERE, hypotheses, responses)
 
 
 def test_where_nothing_is_hidden_every_chance_is_as_frequent_as_it_says(responses: dict[str, Array]) -> None:
@@ -50,6 +55,6 @@ def test_what_is_hidden_is_rarely_there_by_chance(responses: dict[str, Array]) -
     given = linear_model()
     shown = replace(given, residual=given.residual + 8.0 * responses["gust"][:, 3])
     found = searched(shown, responses)
-    assert found.runs == chance_findings.RUNS
-    assert found.as_strong == pytest.approx(1.0 / (chance_findings.RUNS + 1))
+    assert found.runs == RUNS
+    assert found.as_strong == pytest.approx(1.0 / (RUNS + 1))
     assert found.nothing_probability < 0.01 < found.nothing_probability_5_percent

@@ -14,13 +14,13 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.search import compare_hypotheses as search_module
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import compare_hypotheses
+from sssi_exudyn.validation.diagnosis.search.explanation import Refitted
 from sssi_exudyn.validation.diagnosis.state import first_fit
 
 
 @pytest.mark.long(seconds=10)
-def test_a_patch_amid_a_run_is_not_taken_for_a_slippery_beginning(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_patch_amid_a_run_is_not_taken_for_a_slippery_beginning() -> None:
     """By linear responses other snow before the patch gains more; a fit that begins there stays there."""
     delta, ends = 0.1, (2.65, 5.4)
     lines: list[float] = []
@@ -30,11 +30,10 @@ def test_a_patch_amid_a_run_is_not_taken_for_a_slippery_beginning(monkeypatch: p
         return [SnowPatch(delta, *lines)]
 
     recording, motion = displaced_by("beginner", 1.0, 6.5, patch)
-    monkeypatch.setattr(search_module, "HYPOTHESES", (BY_NAME["snow_patch"],))
-    problem, state, base = first_fit(diagnosis_problem(recording, motion, model_of(recording, motion)))
+    model, hypotheses = model_of(recording, motion), [BY_NAME["snow_patch"]]
+    problem, state, base = first_fit(diagnosis_problem(recording, motion, model, hypotheses=hypotheses))
     best = compare_hypotheses(problem, state, base).best
-    assert best.fit is not None
-    assert best.candidate is not None
+    assert isinstance(best, Refitted)
     value = best.fit.model.value
     # posture and start have given way by a fifth of it
     assert value("snow_patch.delta_mu_t") == pytest.approx(delta, rel=0.2)

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from a_linear_model import LEVELS, instruments, linear_model
 
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, log_factors, overlaps, uncertain
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate
 from sssi_exudyn.validation.diagnosis.search.detectability import adequacy, smallest_noticed
-from sssi_exudyn.validation.diagnosis.search.probabilities import NOTHING, TEMPER
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
 
 def test_an_effect_of_the_smallest_size_is_found_as_often_as_not(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -25,14 +26,14 @@ def test_an_effect_of_the_smallest_size_is_found_as_often_as_not(monkeypatch: py
     )
     hypothesis = BY_NAME["gust"]
     monkeypatch.setattr(Model, "about", lambda _self, _name: type("About", (), {"unit": "m/s"}))
-    candidate = Candidate(Model.__new__(Model), freedom, (("gust.w_f",),))
+    candidate = Candidate(Model.__new__(Model), freedom, ((NumberRef("gust.w_f"),),))
     information, _ = overlaps(given, LEVELS, uncertain(given, LEVELS), [freedom])
-    found = smallest_noticed(hypothesis, [candidate], information)
+    found = smallest_noticed(hypothesis, [candidate], information, HYPOTHESES)
     assert (found.number, found.unit) == ("w_f", "m/s")
     shown = replace(given, residual=freedom.columns[:, 0] * found.value)
     known = overlaps(shown, LEVELS, uncertain(shown, LEVELS), [freedom])
-    share = (1.0 - NOTHING) * hypothesis.weight / sum(each.weight for each in HYPOTHESES)
-    odds = share / NOTHING * np.exp(TEMPER * float(log_factors(*known)[0, 0, 0]))
+    share = (1.0 - THRESHOLDS.nothing) * hypothesis.weight / sum(each.weight for each in HYPOTHESES)
+    odds = share / THRESHOLDS.nothing * np.exp(THRESHOLDS.temper * float(log_factors(*known)[0, 0, 0]))
     assert 1.0 < odds < 4.5  # the prior of the amplitude draws by 1/(1 + g), a part of what it would be without one
 
 

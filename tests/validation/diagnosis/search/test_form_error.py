@@ -7,16 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from a_missing_force import five_seconds
+from explanations import refitted
 
 from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_evidence
 from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.parameters import Parameter
-from sssi_exudyn.validation.diagnosis.diagnose import _form_error as form_error
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import responses_of
-from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation, Round
-from sssi_exudyn.validation.diagnosis.search.form_error import FORM
+from sssi_exudyn.validation.diagnosis.search.explanation import Refitted, Round
+from sssi_exudyn.validation.diagnosis.search.form_error import form_of
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
 PUSH = 120.0
 """N down the fall line."""
@@ -34,7 +35,7 @@ def latest() -> Round:
     return Round((), linear, base, fitted, {LATENT_FORCE.name: responses}, {})
 
 
-def found(latest: Round, name: str, begin: int, end: int) -> Explanation:
+def finding(latest: Round, name: str, begin: int, end: int) -> Refitted:
     """A push down the fall line in cells [begin, end), by the name of some hypothesis."""
     responses = latest.responses[LATENT_FORCE.name]
     candidate = next(
@@ -50,18 +51,19 @@ def found(latest: Round, name: str, begin: int, end: int) -> Explanation:
         sensitivity=candidate.free.columns,
         covariance=np.eye(3),
     )
-    return Explanation(name, 0.0, 0.9, candidate, fit, latest.linear.measurements.usual)
+    levels = latest.linear.measurements.usual
+    return refitted(name, probability=0.9, candidate=candidate, fit=fit, levels=levels)
 
 
 def test_the_form_is_wrong_where_the_finding_acts_by_a_share_of_its_force(latest: Round) -> None:
     cells = len(latest.fitted.time_edges) - 1
     begin, end = cells // 3, cells // 3 + 3
-    form = form_error(latest, found(latest, "gust", begin, end))
+    form = form_of(latest, finding(latest, "gust", begin, end))
     responses = latest.responses[LATENT_FORCE.name]
     of_force = {i: scale for i, scale in enumerate(sizes_by_column(responses, form)) if scale > 0.0}
     inside = [of_force[i] for i in range(begin, end)]
     # the force that does what the push does is blurred by the fixes' noise over a cell or two
-    assert inside == pytest.approx([FORM * PUSH] * 3, rel=0.35)
+    assert inside == pytest.approx([THRESHOLDS.form * PUSH] * 3, rel=0.35)
     assert sum(of_force.get(i, 0.0) ** 2 for i in range(cells) if not begin - 3 <= i < end + 3) < 0.05 * PUSH**2
 
 
@@ -77,7 +79,7 @@ def test_beside_it_what_a_wrong_form_leaves_is_no_finding_and_another_force_is(l
     cells = len(latest.fitted.time_edges) - 1
     responses = latest.responses[LATENT_FORCE.name]
     begin, end = cells // 3, cells // 3 + 3
-    form = form_error(latest, found(latest, "gust", begin, end))
+    form = form_of(latest, finding(latest, "gust", begin, end))
     levels = latest.linear.measurements.usual
 
     def gain(residual: np.ndarray, beside: bool) -> float:
@@ -99,4 +101,4 @@ def test_beside_it_what_a_wrong_form_leaves_is_no_finding_and_another_force_is(l
 
 def test_a_fault_of_an_instrument_has_no_form(latest: Round) -> None:
     assert BY_NAME["gps_delay"].kind == "sensor"
-    assert form_error(latest, found(latest, "gps_delay", 3, 6)).columns.shape[1] == 0
+    assert form_of(latest, finding(latest, "gps_delay", 3, 6)).columns.shape[1] == 0

@@ -1,47 +1,53 @@
-"""A force of any form about its own estimate: the same in the place of whichever law."""
+"""A force of any form in the place of a law: when it is the more probable, what it leaves of friction, and that it is
+the same in the place of whichever law.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from a_missing_force import courses, shaped
 from displaced_fixes import displaced_by
 
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_evidence
+from sssi_exudyn.fitting.linear_fit import linear_values
+from sssi_exudyn.fitting.noise import log_prior
+from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem, diagnosis_problem
+from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.search import compare_hypotheses as search_module
-from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import (
-    Explanation,
-    Round,
-    compare_hypotheses,
-    without_law,
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, FreeFormForce, Probe, responses_of
+from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import compare_hypotheses, without_law
+from sssi_exudyn.validation.diagnosis.search.explanation import Refitted, Round
+from sssi_exudyn.validation.diagnosis.search.free_form_force import (
+    ForceOfAnyForm,
+    force_of_any_form,
+    weigh_free_form,
 )
-from sssi_exudyn.validation.diagnosis.search.free_form_force import weigh_any_form
-from sssi_exudyn.validation.diagnosis.search.unlisted_force import unlisted_force
-from sssi_exudyn.validation.diagnosis.state import State, first_fit
+from sssi_exudyn.validation.diagnosis.state import Reestimate, first_fit
 
 LAWS = ("snow_patch", "gust")
 
 
 @dataclass(frozen=True)
 class Compared:
-    problem: DiagnosisProblem
-    state: State
+    about: Reestimate
     latest: Round
 
-    def law(self, name: str) -> Explanation:
-        return next(each for each in self.latest.explanations if each.name == name)
+    def law(self, name: str) -> Refitted:
+        return next(each for each in self.latest.refitted if each.name == name)
 
-    def linearly(self, law: Explanation) -> float:
+    def linearly(self, law: Refitted) -> float:
         """Log evidence of a force of any form, taken from the estimate with the law."""
-        assert law.candidate is not None
-        assert law.fit is not None
-        linear, _ = without_law(self.problem, self.state, self.latest.base, law.candidate, law.fit)
+        problem, state = self.about.problem, self.about.state
+        linear, _ = without_law(problem, state, self.latest.base, law.candidate, law.fit)
         responses = self.latest.responses["unexplained_force"]
-        return unlisted_force(linear, law.levels, self.latest.fitted, responses).log_evidence
+        return force_of_any_form(linear, law.levels, self.latest.fitted, responses).log_evidence
 
 
 @pytest.fixture(scope="module")
@@ -54,23 +60,95 @@ def compared() -> Compared:
         for share, a, b in zip(np.linspace(0.0, 1.0, 10), steps[:-1], steps[1:], strict=True)
     ]
     recording, motion = displaced_by("beginner", start, stop, lambda _run: brake)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(search_module, "HYPOTHESES", tuple(BY_NAME[name] for name in (*LAWS, "unexplained_force")))
-        problem, state, base = first_fit(diagnosis_problem(recording, motion, model_of(recording, motion)))
-        return Compared(problem, state, compare_hypotheses(problem, state, base))
+    hypotheses = [BY_NAME[name] for name in (*LAWS, "unexplained_force")]
+    model = model_of(recording, motion)
+    about = Reestimate(*first_fit(diagnosis_problem(recording, motion, model, hypotheses=hypotheses)))
+    return Compared(about, compare_hypotheses(about.problem, about.state, about.fit))
 
 
 @pytest.mark.long(seconds=40)
 def test_its_evidence_is_the_same_in_the_place_of_whichever_law(compared: Compared) -> None:
-    found, linearly = [], []
+    force = BY_NAME["unexplained_force"]
+    assert isinstance(force, FreeFormForce)
+    about_law, linearly = [], []
     for name in LAWS:
         law = compared.law(name)
-        assert law.fit is not None
-        evidence, form = weigh_any_form(compared.problem, compared.state, compared.latest, law, law.fit, full=False)
-        found.append(evidence)
+        about = replace(compared.about, fit=law.fit)
+        evidence, form = weigh_free_form(force, about, compared.latest, law, full=False)
+        about_law.append(evidence)
         linearly.append(compared.linearly(law))
         assert set(form.values) >= {"friction.mu_t", "friction.mu_n"}
         assert np.all(form.free.scales > 0.0)
     # each is under the noise that suits its law, and estimates end within some tenths
-    assert abs(found[0] - found[1]) < 1.0
-    assert min(found) > max(linearly)
+    assert abs(about_law[0] - about_law[1]) < 1.0
+    assert min(about_law) > max(linearly)
+
+
+def without_posture(fitted: FittedRun, residual: Array, free: Freedom) -> LinearModel:
+    none = np.zeros((len(residual), 0))
+    return LinearModel(fitted.measurements, residual, free, none, none)
+
+
+def with_force(linear: LinearModel, force: ForceOfAnyForm) -> LinearModel:
+    """The linear model in which the most probable form is free, too."""
+    return replace(linear, free=linear.free.with_more(force.free.columns, force.free.scales))
+
+
+def noise(fitted: FittedRun, seed: int) -> Array:
+    """(N,) of instruments as they usually are, without memory."""
+    levels, draws = fitted.measurements.usual, np.random.default_rng(seed)
+    found = np.zeros(len(fitted.measurements.measured))
+    for name, block in fitted.measurements.blocks.items():
+        found[block] = levels.of(name).sigma * draws.normal(size=block.stop - block.start)
+    return found
+
+
+def growing(fitted: FittedRun, responses: Array) -> Array:
+    """(N,) what a brake does that grows from nothing to 80 N along the run."""
+    along = shaped(responses, courses(fitted, 0))[:, 0]
+    return np.asarray(-along @ np.linspace(0.0, 80.0, along.shape[1]))
+
+
+def no_parameters(size: int) -> Freedom:
+    return Freedom(np.zeros((size, 0)), np.zeros(0))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_law_that_fits_is_more_probable_than_a_force_of_any_form_and_that_than_a_law_that_does_not(
+    fitted: FittedRun, responses: Array, seed: int
+) -> None:
+    levels, column = fitted.measurements.usual, growing(fitted, responses)
+    linear = without_posture(fitted, column + noise(fitted, seed), no_parameters(len(column)))
+    found = force_of_any_form(linear, levels, fitted, responses)
+    of_any, free = found.log_evidence, with_force(linear, found)
+    prior = log_prior(fitted.measurements.usual, levels)
+    right = log_evidence(linear, levels, Freedom(column[:, None], np.ones(1))) + prior
+    cells = len(fitted.time_edges) - 1
+    across = responses.reshape(len(responses), 3, cells)[:, 1].sum(axis=1)
+    wrong = log_evidence(linear, levels, Freedom(across[:, None], np.full(1, 100.0))) + prior
+    assert right > of_any > wrong
+    # its most probable form leaves what noise is
+    best = log_evidence(free, levels) + prior
+    assert best >= of_any
+    assert right - best < 25.0  # some ten amplitudes are found with it, each of which costs 1 to 3 of evidence
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_where_nothing_acts_a_force_is_less_probable_than_none(fitted: FittedRun, responses: Array, seed: int) -> None:
+    levels, residual = fitted.measurements.usual, noise(fitted, seed)
+    linear = without_posture(fitted, residual, no_parameters(len(residual)))
+    of_any = force_of_any_form(linear, levels, fitted, responses).log_evidence
+    assert of_any < log_evidence(linear, levels) + log_prior(fitted.measurements.usual, levels)
+
+
+def test_beside_a_force_along_the_way_friction_is_less_certain(fitted: FittedRun, responses: Array) -> None:
+    levels = fitted.measurements.usual
+    by_friction = responses_of([Probe(fitted.model, "friction.mu_t")], fitted.prepared, fitted.measurements)
+    parameter = Parameter(("friction.mu_t",), Prior(0.06, 0.1))
+    residual = growing(fitted, responses) + noise(fitted, 0)
+    linear = without_posture(fitted, residual, Freedom(by_friction, np.array([0.1])))
+    free = with_force(linear, force_of_any_form(linear, levels, fitted, responses))
+    _, alone = linear_values(linear, levels, [parameter], 0)["friction.mu_t"]
+    value, sigma = linear_values(free, levels, [parameter], 0)["friction.mu_t"]
+    assert sigma > 2.0 * alone
+    assert abs(value - 0.06) < 3.0 * sigma  # a force of 40 N in the mean is more than most are beforehand

@@ -19,7 +19,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, pr
 from sssi_exudyn.validation.diagnosis.search.missing_force import (
     ForceOnFeet,
     MissingForce,
-    _carried_by_soles,
+    carried_by_soles,
     discoveries,
     gain_of,
     missing_force,
@@ -50,7 +50,7 @@ def test_a_force_on_a_ski_is_one_on_the_body_and_what_the_sole_carries(
     true = responses_of(probe, fitted.prepared, fitted.measurements)[:, 0]
     course = courses(fitted, 0)
     body = shaped(responses, course)[:, way].sum(axis=1)
-    carried = _carried_by_soles(fitted, course)[0].reshape(len(true), 3, -1)[:, way].sum(axis=1)
+    carried = carried_by_soles(fitted, course)[0].reshape(len(true), 3, -1)[:, way].sum(axis=1)
     for name in ("x", "y", "load", "difference"):
         block = fitted.measurements.blocks[name]
         off = np.linalg.norm((body + carried - true)[block]) / np.linalg.norm(true[block])
@@ -71,7 +71,7 @@ def test_it_is_found_on_the_ski_that_it_pushes(fitted: FittedRun, responses: Arr
     cells = len(fitted.time_edges) - 1
     acting = slice(cells // 3, cells // 3 + 5)
     columns = responses.reshape(len(responses), 3, cells)[:, 2]
-    carried = _carried_by_soles(fitted, courses(fitted, 0)).reshape(2, len(responses), 3, cells)[:, :, 2]
+    carried = carried_by_soles(fitted, courses(fitted, 0)).reshape(2, len(responses), 3, cells)[:, :, 2]
     for foot in (0, 1):
         on_body, on_feet = found_in(fitted, responses, PUSH * (columns + carried[foot])[:, acting].sum(axis=1))
         force, band = on_feet.force[acting, :, 2].mean(axis=0), on_feet.band[acting, :, 2].mean(axis=0)

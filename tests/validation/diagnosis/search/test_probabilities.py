@@ -5,49 +5,49 @@ from typing import Any
 
 import numpy as np
 import pytest
-from a_linear_model import LEVELS
+from explanations import refitted
 from scipy.stats import norm
 
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.terrain.from_heights import AMPLITUDE, STEEPNESS, WAVES
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.search import compare_hypotheses
-from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation
-from sssi_exudyn.validation.diagnosis.search.probabilities import NATURAL, NOTHING, probabilities
+from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import log_natural
+from sssi_exudyn.validation.diagnosis.search.probabilities import probabilities
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
-NAMES = ["", "terrain_bump", "gust"]
+WEIGHTS = np.array([BY_NAME[name].weight for name in ("terrain_bump", "gust")])
 
 
 def test_what_may_be_the_slopes_own_counts_for_nothing_missing() -> None:
-    evidence = np.array([0.0, 10.0, 2.0])
-    plain = probabilities(NAMES, evidence)
-    own = probabilities(NAMES, evidence, log_natural=np.array([-np.inf, 0.0, -np.inf]))
+    evidence = np.array([10.0, 2.0])
+    plain = probabilities(0.0, evidence, WEIGHTS)
+    own = probabilities(0.0, evidence, WEIGHTS, log_natural=np.array([0.0, -np.inf]))
     assert plain[1] > 0.9
     # of the same density either way it is the slope's own as often as slopes have one
-    share = (1.0 - NOTHING) * BY_NAME["terrain_bump"].weight / (BY_NAME["terrain_bump"].weight + BY_NAME["gust"].weight)
-    assert (own[0] - plain[0] * own[1] / plain[1]) / own[1] == pytest.approx(NATURAL * NOTHING / share)
+    prior = THRESHOLDS.nothing
+    share = (1.0 - prior) * WEIGHTS[0] / WEIGHTS.sum()
+    of_slope = (own[0] - plain[0] * own[1] / plain[1]) / own[1]
+    assert of_slope == pytest.approx(THRESHOLDS.natural * prior / share)
     # the others keep their odds
     assert own[2] / own[1] == pytest.approx(plain[2] / plain[1])
 
 
 def test_without_such_it_is_as_it_was() -> None:
-    evidence = np.array([0.0, 10.0, 2.0])
+    evidence = np.array([10.0, 2.0])
     np.testing.assert_array_equal(
-        probabilities(NAMES, evidence), probabilities(NAMES, evidence, log_natural=np.full(3, -np.inf))
+        probabilities(0.0, evidence, WEIGHTS),
+        probabilities(0.0, evidence, WEIGHTS, log_natural=np.full(2, -np.inf)),
     )
 
 
 def natural(rise: float, waves: float) -> float:
     """Log density ratio of a roll of ``rise`` m on a slope whose waves are ``waves`` m, of usual rolls of 0.25 m."""
     levels: Any = SimpleNamespace(surface=waves / AMPLITUDE[0])
-    problem: Any = SimpleNamespace(ground=SimpleNamespace(amplitude=AMPLITUDE[0]))
     fit: Any = SimpleNamespace(model=SimpleNamespace(value=lambda _name: rise))
     candidate: Any = SimpleNamespace(
         amplitudes=(("terrain_bump.rise",),), free=Freedom(np.zeros((1, 1)), np.array([0.25]))
     )
-    return compare_hypotheses._log_natural(
-        problem, Explanation("terrain_bump", 0.0, 0.0, candidate, fit, LEVELS), fit, levels
-    )
+    return log_natural(AMPLITUDE[0], refitted("terrain_bump", fit=fit, candidate=candidate, levels=levels))
 
 
 def test_a_roll_is_the_slopes_own_where_waves_are_as_high() -> None:

@@ -36,18 +36,15 @@ from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.validation.benchmark.concealed_terms import WorldMinimum
-from sssi_exudyn.validation.diagnosis.search.probabilities import SIZES
 from sssi_exudyn.validation.diagnosis.several_runs import friction_regression
 from sssi_exudyn.validation.diagnosis.several_runs.friction_regression import (
     BASIS,
-    OFFERED,
-    SIZE,
-    _downhill,
+    downhill,
     find_law,
     formula_of,
     log_prior_of,
     model_with_law,
-    probability_beside,
+    probability_of_sum,
     select,
     what_runs_know,
 )
@@ -57,6 +54,7 @@ from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import (
     compare_for_day,
     joint_evidence,
 )
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
 RUNS = 3
 NAMED = "drag_area"
@@ -71,7 +69,7 @@ def day_of(rng: np.random.Generator, effects: dict[str, float], named: float = 0
         linear = linear_model(seed)
         free = linear.free.columns * linear.free.scales
         noise = np.linalg.cholesky(covariance(linear) + free[:, 1:2] @ free[:, 1:2].T)
-        scale = 2.0 * np.abs(linear.residual).mean() / SIZE
+        scale = 2.0 * np.abs(linear.residual).mean() / THRESHOLDS.product_size
         shapes = np.random.default_rng(seed + 50).normal(size=(len(linear.residual), 1 + len(BASIS))) * scale
         shapes[linear.measurements.blocks["load"].start :] *= 0.1
         shapes[:, 0] = 0.9 * shapes[:, 1 + BASIS.index("speed2")] + 0.44 * shapes[:, 0]
@@ -86,14 +84,17 @@ def compared(runs: list[DayRun], columns: list[Array]) -> tuple[tuple[str, ...],
     """The best sum, its probability beside nothing and the law of the list, and these two."""
     selection = select(*what_runs_know(runs, [each[:, 1:] for each in columns]))
     nothing, _, _ = joint_evidence(runs)
-    by_size = [joint_evidence(runs, [Freedom(c[:, :1], np.array([s * SIZE])) for c in columns])[0] for s in SIZES]
+    by_size = [
+        joint_evidence(runs, [Freedom(c[:, :1], np.array([s * THRESHOLDS.product_size])) for c in columns])[0]
+        for s in THRESHOLDS.sizes
+    ]
     explanations = [
         DayExplanation("nothing", 0.5, nothing, {}),
-        DayExplanation(NAMED, 0.5, float(np.logaddexp.reduce(by_size) - np.log(len(SIZES))), {}),
+        DayExplanation(NAMED, 0.5, float(np.logaddexp.reduce(by_size) - np.log(len(THRESHOLDS.sizes))), {}),
     ]
     best = selection.subsets[selection.best]
     evidence = nothing + float(selection.log_evidence[selection.best])
-    return tuple(BASIS[i] for i in best), probability_beside(explanations, evidence, len(best)), explanations
+    return tuple(BASIS[i] for i in best), probability_of_sum(explanations, evidence, len(best)), explanations
 
 
 def test_evidence_of_a_sum_is_that_of_all_runs_with_everything_integrated_out() -> None:
@@ -103,9 +104,11 @@ def test_evidence_of_a_sum_is_that_of_all_runs_with_everything_integrated_out() 
     nothing, _, _ = joint_evidence(runs)
     for place in (1, 40, 300):
         subset = list(selection.subsets[place])
-        scales = np.full(len(subset), SIZE)
-        by_size = [joint_evidence(runs, [Freedom(p[:, subset], s * scales) for p in products])[0] for s in SIZES]
-        expected = np.logaddexp.reduce(by_size) - np.log(len(SIZES)) - nothing
+        scales = np.full(len(subset), THRESHOLDS.product_size)
+        by_size = [
+            joint_evidence(runs, [Freedom(p[:, subset], s * scales) for p in products])[0] for s in THRESHOLDS.sizes
+        ]
+        expected = np.logaddexp.reduce(by_size) - np.log(len(THRESHOLDS.sizes)) - nothing
         assert selection.log_evidence[place] == pytest.approx(expected, abs=1e-7)  # rounding of some hundreds
 
 
@@ -116,7 +119,7 @@ def test_the_products_of_a_law_are_found(effects: dict[str, float]) -> None:
     runs, columns = day_of(np.random.default_rng(2), effects)
     best, probability, _ = compared(runs, columns)
     assert set(best) == set(effects)
-    assert probability > OFFERED
+    assert probability > THRESHOLDS.law_offered
     selection = select(*what_runs_know(runs, [each[:, 1:] for each in columns]))
     for i, name in enumerate(BASIS):
         assert (selection.inclusion(i) > 0.95) == (name in effects)
@@ -126,7 +129,7 @@ def test_nothing_stays_nothing() -> None:
     empty, offered = [], []
     for seed in range(40):
         runs, columns = day_of(np.random.default_rng(seed), {})
-        offered.append(compared(runs, columns)[1] > OFFERED)
+        offered.append(compared(runs, columns)[1] > THRESHOLDS.law_offered)
         empty.append(select(*what_runs_know(runs, [each[:, 1:] for each in columns])).probability[0])
     assert not any(offered)
     assert np.median(empty) > 1.5 * np.exp(log_prior_of(0))  # which it has without any measurement
@@ -152,7 +155,10 @@ def test_one_product_that_is_a_law_of_the_list_is_not_offered_beside_it() -> Non
     assert probability < 0.1
     # without the law in the list it would be
     evidence = named.log_evidence
-    assert probability_beside([nothing, replace(named, log_evidence=nothing.log_evidence)], evidence, 1) > OFFERED
+    assert (
+        probability_of_sum([nothing, replace(named, log_evidence=nothing.log_evidence)], evidence, 1)
+        > THRESHOLDS.law_offered
+    )
 
 
 def test_a_law_in_characters() -> None:
@@ -213,10 +219,10 @@ def test_places_count_from_the_first_run() -> None:
     moved = replace(recording, gps=replace(recording.gps, origin=origin))
 
     def fit(of: Any) -> Any:
-        return SimpleNamespace(problem=SimpleNamespace(recording=of), fit=SimpleNamespace(model=model))
+        return SimpleNamespace(problem=SimpleNamespace(gps=of.gps), fit=SimpleNamespace(model=model))
 
-    assert _downhill(fit(moved), fit(recording)) == pytest.approx(50.0, abs=0.01)  # the earth's curvature
-    assert _downhill(fit(recording), fit(recording)) == pytest.approx(0.0, abs=1e-6)  # rounding of degrees
+    assert downhill(fit(moved), fit(recording)) == pytest.approx(50.0, abs=0.01)  # the earth's curvature
+    assert downhill(fit(recording), fit(recording)) == pytest.approx(0.0, abs=1e-6)  # rounding of degrees
 
 
 @pytest.mark.long(seconds=10)

@@ -23,8 +23,8 @@ from sssi_exudyn.reports.day_page import day_page, sentence_of_day
 from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Number
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
-from sssi_exudyn.validation.diagnosis.search.probabilities import INTERVAL_90, STANDS_OUT, probabilities
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, STEADY_LAWS
+from sssi_exudyn.validation.diagnosis.search.probabilities import probabilities
 from sssi_exudyn.validation.diagnosis.several_runs import joint_fit
 from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import (
     DayExplanation,
@@ -34,6 +34,7 @@ from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import (
 )
 from sssi_exudyn.validation.diagnosis.several_runs.second_pass import Pass, SamePlace
 from sssi_exudyn.validation.diagnosis.state import fitted_run
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
 EXAMPLE = Path(__file__).parents[4] / "examples" / "intermediate"
 
@@ -94,7 +95,7 @@ def test_two_runs_find_what_the_first_does_not(monkeypatch: pytest.MonkeyPatch) 
     best = compare_for_day(own)[0]
     assert best.name == "speed_dependent_friction"
     assert best.probability > 0.6
-    assert alone[0]["nothing"].probability > STANDS_OUT
+    assert alone[0]["nothing"].probability > THRESHOLDS.stands_out
     found = best.numbers["speed_dependent_friction.b"]
     half = found.high - found.value
     for each in alone:
@@ -110,7 +111,7 @@ def test_two_runs_find_what_the_first_does_not(monkeypatch: pytest.MonkeyPatch) 
     shared_law = joint_fit.named_law(hypothesis, fitted_first, len(own))
     prior = [p.prior.mean for p in own[0].fit.parameters if p.names[0] in joint_fit.SHARED]
     values = np.array([number.value for number in best.numbers.values()]) - np.array([*prior, 0.0])
-    errors = np.array([(number.high - number.value) / INTERVAL_90 for number in best.numbers.values()])
+    errors = np.array([(number.high - number.value) / THRESHOLDS.interval_90 for number in best.numbers.values()])
     again = joint_fit.fit_to_all(shared_law, own, values + errors * [1.0, -1.0, 1.0])
     np.testing.assert_array_less(np.abs(again.values - values), 0.2 * errors)  # twice what ends the turns
     assert again.evidence == pytest.approx(best.log_evidence, abs=0.3)
@@ -129,13 +130,14 @@ def test_two_runs_find_what_the_first_does_not(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_probabilities_of_explanations() -> None:
-    odds = probabilities(["", "wind", "gust"], np.zeros(3))
+    weights = np.array([BY_NAME[name].weight for name in ("wind", "gust")])
+    odds = probabilities(0.0, np.zeros(2), weights)
     assert odds == pytest.approx([0.5, 0.25, 0.25])
-    more_certain = probabilities(["", "wind", "gust"], np.array([0.0, 10.0, 0.0]))
+    more_certain = probabilities(0.0, np.array([10.0, 0.0]), weights)
     assert more_certain.sum() == pytest.approx(1.0)
     assert more_certain[1] > 0.95
-    # the same beside what has been found, whose form nobody knows to a per cent
-    beside = probabilities(["", "wind", "gust"], np.array([0.0, 10.0, 0.0]), explained=600.0)
+    # the same beside what has been found, whose form is not known to a per cent
+    beside = probabilities(0.0, np.array([10.0, 0.0]), weights, explained=600.0)
     assert odds[1] < beside[1] < 0.75
 
 

@@ -11,10 +11,12 @@ import pymap3d
 import pytest
 from a_linear_model import LEVELS
 from bundled import bundled
+from explanations import explained, ranked, refitted
 
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, LinearModel, whiten_columns
 from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
 from sssi_exudyn.fitting.linear_fit import Refit, with_parameters
@@ -27,14 +29,13 @@ from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.validation.benchmark.cases import Recorded
 from sssi_exudyn.validation.benchmark.second_pass import first_finding, two_passes
 from sssi_exudyn.validation.diagnosis.context import no_nuisances
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, add_part
-from sssi_exudyn.validation.diagnosis.search import compare_hypotheses
-from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation, Round, rank_by_probability
 from sssi_exudyn.validation.diagnosis.search.search_result import Accepted, SearchEnd
 from sssi_exudyn.validation.diagnosis.several_runs import second_pass
-from sssi_exudyn.validation.diagnosis.several_runs.second_pass import NEAR, SamePlace, Way, ask_other_runs
+from sssi_exudyn.validation.diagnosis.several_runs.second_pass import SamePlace, Way, ask_other_runs
 from sssi_exudyn.validation.diagnosis.state import State
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
 ORIGIN = (46.8, 10.3, 2600.0)
 TIME = np.linspace(0.0, 6.0, 301)
@@ -89,7 +90,7 @@ def test_a_run_passes_where_another_was() -> None:
     assert not np.any(inside[63:])
     steps = np.linalg.norm(np.diff(second.places[40:61], axis=0), axis=1)
     assert second.metres(inside) == pytest.approx(steps.sum(), rel=0.1)  # by half a step at both ends
-    far = replace(second, places=second.places + np.array([0.0, NEAR + 8.0, 0.0]))
+    far = replace(second, places=second.places + np.array([0.0, THRESHOLDS.near_path + 8.0, 0.0]))
     assert not np.any(far.passes(first, (40.0, 60.0)))
     elsewhere = replace(second, origin=(47.8, 10.3, 2600.0))
     assert not np.any(elsewhere.passes(first, (40.0, 60.0)))
@@ -139,10 +140,13 @@ class Day:
         problem: Any = SimpleNamespace(
             measurements=seen,
             stamped_by=lambda _model: seen,
-            recording=self.recording,
+            gps=self.recording.gps,
             columns=columns,
             speed=at,
             beside=beside,
+            hypotheses=HYPOTHESES,
+            ground=None,
+            thresholds=THRESHOLDS,
         )
         state = State(LEVELS, no_nuisances(180), np.zeros(180))
         free = (Parameter(("start.velocity_f",), Prior(0.0, 1.0)), Parameter(("friction.mu_t",), Prior(0.0, 0.1)))
@@ -190,22 +194,20 @@ class Day:
             "gust": (Gust(t0=window[0], t1=window[1]), ("w_f",), ("t0", "t1")),
         }
         scales = {"snow_patch": 0.06, "gust": 5.0}
-        explanations = [Explanation("", log_evidence.pop("nothing"), 0.0, None, end.fit, LEVELS)]
+        explanations = [explained("nothing", log_evidence.pop("nothing"), fit=end.fit, levels=LEVELS)]
         for name, evidence in log_evidence.items():
             part, keys, places = parts[name]
             model = add_part(end.fit.model, part)
-            amplitudes = tuple(Parameter((f"{name}.{key}",), Prior(0.0, scales[name])) for key in keys)
-            spots = {f"{name}.{key}": 0.3 for key in places}
+            amplitudes = tuple(Parameter((NumberRef.of(name, key),), Prior(0.0, scales[name])) for key in keys)
+            spots = {NumberRef.of(name, key): 0.3 for key in places}
             more = tuple(Parameter((key,), Prior(model.value(key), spread)) for key, spread in spots.items())
             fit = self.fit(end.problem, end.state, model, (*end.fit.parameters, *amplitudes, *more), LEVELS)
             columns = fit.sensitivity[:, len(end.fit.parameters) :][:, : len(keys)]
             free = Freedom(columns, np.full(len(keys), scales[name]))
             candidate = Candidate(model, free, tuple(p.names for p in amplitudes), spots, window)
-            explanations.append(Explanation(name, evidence, 0.0, candidate, fit, LEVELS))
-        ranked = rank_by_probability(explanations, 0.0)
-        searched = Round(ranked, cast(Any, None), end.fit, cast(Any, None), {}, {})
-        explanation = next(each for each in ranked if each.name == best)
-        assert explanation.fit is not None
+            explanations.append(refitted(name, evidence, candidate=candidate, fit=fit, levels=LEVELS))
+        searched = ranked(*explanations, base=end.fit)
+        explanation = next(each for each in searched.refitted if each.name == best)
         return replace(
             end, fit=explanation.fit, accepted=(Accepted(searched, explanation, explanation.fit, cast(Any, None)),)
         )
@@ -270,9 +272,9 @@ def test_it_has_to_be_as_strong_as_it_was(day: Day) -> None:
 
 def test_a_run_that_does_not_pass_the_place_says_nothing(day: Day) -> None:
     first = day.found(day.run(0.08), **AMBIGUOUS)
-    assert ask_other_runs({"morning": first, "noon": day.run(0.0, beside=NEAR + 5.0)}) == ()
+    assert ask_other_runs({"morning": first, "noon": day.run(0.0, beside=THRESHOLDS.near_path + 5.0)}) == ()
     noon = day.run(0.08)
-    both = asked_of(day, first, noon=noon, far=day.run(0.0, beside=NEAR + 5.0))
+    both = asked_of(day, first, noon=noon, far=day.run(0.0, beside=THRESHOLDS.near_path + 5.0))
     assert [each.run for each in both.passes] == ["noon"]
     assert both.after == asked_of(day, first, noon=noon).after
 
@@ -331,13 +333,11 @@ def base() -> Recorded:
 
 @pytest.mark.long(seconds=90)
 @pytest.mark.parametrize("hidden", ["snow_patch", "gust"])
-def test_a_second_pass_distinguishes_a_patch_from_a_gust(
-    base: Recorded, hidden: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_second_pass_distinguishes_a_patch_from_a_gust(base: Recorded, hidden: str) -> None:
     """A patch is hidden in both passes, a gust in the first alone, by which neither is certain."""
-    monkeypatch.setattr(compare_hypotheses, "HYPOTHESES", [BY_NAME[name] for name in ("snow_patch", "gust")])
+    hypotheses = [BY_NAME[name] for name in ("snow_patch", "gust")]
     passes = two_passes(hidden, 2.0, base, 1)
-    ends = {"morning": first_finding(passes.first), "noon": first_finding(passes.second)}
+    ends = {"morning": first_finding(passes.first, hypotheses), "noon": first_finding(passes.second, hypotheses)}
     [found] = [each for each in ask_other_runs(ends) if each.run == "morning"]
     assert found.before[hidden] < 0.9
     assert found.after[hidden] > 0.95

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from a_diagnosis import finding_of
 from bundled import bundled
+from explanations import NOWHERE
 
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
@@ -33,8 +34,8 @@ def paragraph(
     model: Model, verdict: Outcome, *findings: Finding, near: Adequacy = NEAR, after: float = 0.05, following: Any = ()
 ) -> str:
     best = SimpleNamespace(name="gust", probability=0.22)
-    nothing = SimpleNamespace(name="", probability=0.45)
-    last: Any = SimpleNamespace(explanations=[nothing, best], nothing=nothing, best=best, noticed=SMALLEST)
+    nothing = SimpleNamespace(name="nothing", probability=0.45)
+    last: Any = SimpleNamespace(hypotheses=[best], nothing=nothing, best=best, noticed=SMALLEST, fitted=NOWHERE)
     figures = [Figures(0.3, 0.4, 9.0, 0.5), Figures(after, after, 1.0, 0.0)]
     return paragraph_of(findings, verdict, last, near, model, figures, following)
 

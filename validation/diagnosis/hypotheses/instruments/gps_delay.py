@@ -3,6 +3,7 @@
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import CLOCK_OFFSET
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
@@ -20,7 +21,7 @@ class GpsDelay(KnownNumber):
 
     name = "gps_delay"
     caption = "a GPS clock that is not on time"
-    number = "start.clock_offset"
+    number = CLOCK_OFFSET
     scale = 0.25
     distinctions = (Distinction(("lever_arm",), "the receiver's time pulse, or the antenna's place measured"),)
 
@@ -42,9 +43,9 @@ class GpsDelay(KnownNumber):
         """Of a receiver that may be late by a second also clocks that much off, by the difference that they make: a
         skier turns within that time, and no straight line leads there.
         """
-        found, usual = super().candidates(fitted, responses), self.usual(fitted)
+        candidates, usual = super().candidates(fitted, responses), self.usual(fitted)
         if not self._late_by_seconds(fitted):
-            return found
+            return candidates
         low, high = fitted.model.bounds(self.number)
         now = fitted.model.value(self.number)
         for late in (*np.arange(-usual, low, -usual), *np.arange(usual, high, usual)):
@@ -52,8 +53,8 @@ class GpsDelay(KnownNumber):
                 model = fitted.model.with_values({self.number: float(late)})
                 changed = fitted.measurements.predict(model, fitted.run) - fitted.prediction
                 secant = Freedom(changed[:, None] / (late - now), np.array([usual]))
-                found.append(Candidate(model, secant, ((self.number,),)))
-        return found
+                candidates.append(Candidate(model, secant, ((self.number,),)))
+        return candidates
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
         late = numbers["clock_offset"].value

@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.model.faults import GpsJump
 from sssi_exudyn.model.model import Model
@@ -37,7 +38,7 @@ class DisplacedFixes(Hypothesis):
         return []
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        time, found = fitted.measurements.fixes, []
+        time, candidates = fitted.measurements.fixes, []
         n = len(time)
         usual = max(self._USUAL, self._TIMES * fitted.measurements.gps_sigma)
         step = max(1, n // 80)
@@ -54,16 +55,16 @@ class DisplacedFixes(Hypothesis):
                 columns[n + i : n + j, 1] = 1.0
                 part = GpsJump(t0=t0, t1=t1)
                 owner = name_in_model(fitted.model, part)
-                found.append(
+                candidates.append(
                     Candidate(
                         add_part(fitted.model, part),
                         Freedom(columns, np.full(2, usual)),
-                        ((f"{owner}.x",), (f"{owner}.y",)),
+                        ((NumberRef.of(owner, "x"),), (NumberRef.of(owner, "y"),)),
                         {},
                         (max(t0, float(time[0])), min(t1, float(time[-1]))),
                     )
                 )
-        return found
+        return candidates
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float] | None:
         return candidate.window

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from sssi_exudyn.core.number_ref import HEADING_OFFSET
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Distinction, KnownNumber, Numbers, by_sign
 
@@ -13,7 +14,7 @@ class HeadingMisalignment(KnownNumber):
 
     name = "heading_misalignment"
     caption = "a motion capture that is turned"
-    number = "start.heading_offset"
+    number = HEADING_OFFSET
     scale = 0.1
     weight = 4.0
     distinctions = (

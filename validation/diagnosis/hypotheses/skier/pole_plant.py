@@ -6,6 +6,7 @@ import numpy as np
 
 from sssi_exudyn.contact.terms.body_forces import PolePlant
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
@@ -43,7 +44,7 @@ class PolePlants(Hypothesis):
         ]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        found = []
+        candidates = []
         plants = len(fitted.edge_changes)
         if not plants:
             return []
@@ -54,9 +55,9 @@ class PolePlants(Hypothesis):
                 part = PolePlant(t=float(t) + shift)
                 owners.append(name_in_model(model, part))
                 model = add_part(model, part)
-            names = tuple(tuple(f"{owner}.{key}" for owner in owners) for key in self._KEYS)
-            found.append(Candidate(model, Freedom(of_all[:, k], np.full(2, self._USUAL)), names))
-        return found
+            names = tuple(tuple(NumberRef.of(owner, key) for owner in owners) for key in self._KEYS)
+            candidates.append(Candidate(model, Freedom(of_all[:, k], np.full(2, self._USUAL)), names))
+        return candidates
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:
         return None

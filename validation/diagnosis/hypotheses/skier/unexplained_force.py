@@ -5,10 +5,10 @@ import numpy as np
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import InTime, Numbers, as_weight, by_sign
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FreeFormForce, Numbers, as_weight, by_sign
 
 
-class LatentForce(InTime):
+class LatentForce(FreeFormForce):
     """A force in any direction for a while, which stands for all that the list does not know; the formula is that of
     ``UnexplainedForce``.
     """

@@ -1,13 +1,13 @@
 """A stretch of other snow."""
 
 import itertools
-from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
 
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import FRICTION, NumberRef
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
@@ -17,6 +17,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     Hypothesis,
     Numbers,
     Probe,
+    Shifts,
     add_part,
     as_slope,
     by_sign,
@@ -50,7 +51,7 @@ class PatchOfSnow(Hypothesis):
         return [probe for key in self._USUAL for part in cells for probe in probes_by(fitted.model, part, [key])]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        edges, found = fitted.place_edges, []
+        edges, candidates = fitted.place_edges, []
         cells = len(edges) - 1
         shaped = responses.reshape(len(responses), len(self._USUAL), cells)
         summed = np.concatenate([np.zeros((*shaped.shape[:2], 1)), np.cumsum(shaped, axis=2)], axis=2)
@@ -58,28 +59,28 @@ class PatchOfSnow(Hypothesis):
         for i, j in intervals(cells, 2, max(2, round(0.6 * cells))):
             part = SnowPatch(0.0, float(edges[i]), float(edges[j]), 0.5)
             owner = name_in_model(fitted.model, part)
-            found.append(
+            candidates.append(
                 Candidate(
                     add_part(fitted.model, part),
                     Freedom(summed[:, :, j] - summed[:, :, i], np.array(list(self._USUAL.values()))),
-                    tuple((f"{owner}.{key}",) for key in self._USUAL),
-                    {f"{owner}.f0": spread, f"{owner}.f1": spread},
+                    tuple((NumberRef.of(owner, key),) for key in self._USUAL),
+                    {NumberRef.of(owner, "f0"): spread, NumberRef.of(owner, "f1"): spread},
                     (fitted.time_at(edges[i]), fitted.time_at(edges[j])),
                 )
             )
-        return found
+        return candidates
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float]:
         return fitted.time_at(numbers["f0"].value), fitted.time_at(numbers["f1"].value)
 
-    def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> tuple[Mapping[str, float], ...]:
+    def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> Shifts:
         """Of a patch that begins or ends with the run: slower snow from there on is faster snow until there."""
-        owner = candidate.amplitudes[0][0].rpartition(".")[0]
-        begin, end = (fitted.time_at(model.value(f"{owner}.{key}")) for key in self.lines)
+        owner = candidate.amplitudes[0][0].owner
+        begin, end = (fitted.time_at(model.value(NumberRef.of(owner, key))) for key in self.lines)
         edges = fitted.time_edges
         if begin > edges[1] and end < edges[-2]:
             return ()
-        return ({f"friction.{key.removeprefix('delta_')}": model.value(f"{owner}.{key}") for key in self._USUAL},)
+        return ({number: model.value(NumberRef.of(owner, f"delta_{number.key}")) for number in FRICTION},)
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
         delta, elsewhere = numbers["delta_mu_t"].value, model.friction.mu_t

@@ -1,14 +1,14 @@
 """Friction of one ski that no known law explains."""
 
-from collections.abc import Mapping
-
 from sssi_exudyn.contact.terms.friction_corrections import UnexplainedFriction
+from sssi_exudyn.core.number_ref import MU_T
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     Candidate,
     Distinction,
     FittedRun,
     Numbers,
+    Shifts,
     SteadyLaw,
     as_slope,
     by_sign,
@@ -33,10 +33,10 @@ class FrictionOfOneSki(SteadyLaw):
     def part(self, fitted: FittedRun) -> UnexplainedFriction:
         return UnexplainedFriction()
 
-    def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> tuple[Mapping[str, float], ...]:
+    def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> Shifts:
         """Either ski may be the usual one."""
         half = 0.5 * model.value(candidate.amplitudes[0][0])
-        return {"friction.mu_t": half}, {"friction.mu_t": -half}
+        return {MU_T: half}, {MU_T: -half}
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
         mean, half = model.friction.mu_t, 0.5 * numbers["delta_mu"].value

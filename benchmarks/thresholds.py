@@ -1,0 +1,226 @@
+"""Each chosen number of the diagnosis, 1.5 times as large and as small: what it changes of unseen cases.
+
+``python benchmarks/thresholds.py [--seed 46201] [--cases 36] [--json FILE]`` writes a row a case, number and factor
+into the file, goes on with those that it lacks, and prints which numbers changed anything.
+
+A case is diagnosed once with numbers that keep what they were compared with.  Where a number was compared alone, and
+no comparison would have come out otherwise, the diagnosis would be the same: it is not repeated.  All others are
+diagnosed again; estimates, refits, responses and noise levels whose inputs are the same are taken from memory.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import operator
+import pickle
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+import numpy as np
+
+from sssi_exudyn.fitting.evidence import best_levels
+from sssi_exudyn.io.typed import read_json
+from sssi_exudyn.io.writing import to_json, write_atomically
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.runtime.cache import Cache
+from sssi_exudyn.validation.benchmark.cases import Case, Made, make, plan
+from sssi_exudyn.validation.benchmark.run import base_of
+from sssi_exudyn.validation.diagnosis import state
+from sssi_exudyn.validation.diagnosis.diagnose import diagnose
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis, Number
+from sssi_exudyn.validation.diagnosis.search import compare_hypotheses, reestimate_rivals
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
+
+EXAMPLES: Final = Path(__file__).parents[1] / "examples"
+FACTOR: Final = 1.5
+CASES: Final = 36
+SEED: Final = 46201
+Outcome = dict[str, Any]
+"""What of a diagnosis counts: verdict, names, what is said surely, and which intervals hold the truth."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A case with one number changed.
+
+    again : whether it was diagnosed again; else no comparison came out otherwise
+    changed : what of the outcome is another one, each before and after
+    """
+
+    case: int
+    hidden: str
+    threshold: str
+    factor: float
+    again: bool
+    changed: dict[str, tuple[str, str]]
+
+
+class Traced(float):
+    """A number that keeps what it is compared with (``compared``), and whether it was computed with (``used``)."""
+
+    __array_ufunc__ = None  # so that NumPy's numbers leave comparisons to this class
+    compared: list[float]
+    used: bool
+
+    def __new__(cls, value: float) -> Traced:
+        made = super().__new__(cls, value)
+        made.compared, made.used = [], False
+        return made
+
+    def same_with(self, value: float) -> bool:
+        """Whether every comparison would have come out the same with another ``value``, and nothing else was done."""
+        plain = float.__add__(self, 0.0)
+        return not self.used and all(
+            (each > plain, each == plain) == (each > value, each == value) for each in self.compared
+        )
+
+
+def _comparison(by: Callable[[Any, Any], Any]) -> Callable[[Traced, Any], Any]:
+    def compare(self: Traced, other: Any) -> Any:
+        self.compared.extend(np.ravel(other).tolist())
+        return by(float.__add__(self, 0.0), other)
+
+    return compare
+
+
+def _computation(name: str) -> Callable[..., Any]:
+    plain = getattr(operator, name.strip("_").removeprefix("r"))
+
+    def compute(self: Traced, *others: Any) -> Any:
+        self.used = True
+        value = float.__add__(self, 0.0)
+        return plain(*others, value) if name.startswith("__r") else plain(value, *others)
+
+    return compute
+
+
+for _name in ("lt", "le", "gt", "ge"):
+    setattr(Traced, f"__{_name}__", _comparison(getattr(operator, _name)))
+for _name in ("add", "sub", "mul", "truediv", "pow"):
+    setattr(Traced, f"__{_name}__", _computation(f"__{_name}__"))
+    setattr(Traced, f"__r{_name}__", _computation(f"__r{_name}__"))
+Traced.__neg__ = _computation("__neg__")
+
+
+def remembered(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the function with a memory of what it gave of the same arguments."""
+    memory: dict[bytes, Any] = {}
+
+    def recall(*arguments: Any) -> Any:
+        key = hashlib.sha256(pickle.dumps(arguments)).digest()
+        if key not in memory:
+            memory[key] = function(*arguments)
+        return memory[key]
+
+    return recall
+
+
+def scaled(value: float | tuple[float, ...], factor: float) -> Any:
+    """Return the number so many times as large; a count is rounded, and of a share near one what is left of one is
+    scaled.
+    """
+    if isinstance(value, tuple):
+        return tuple(scaled(each, factor) for each in value)
+    if isinstance(value, int):
+        return max(1, round(value * factor))
+    return 1.0 - (1.0 - value) / factor if 0.5 < value < 1.0 <= FACTOR * value else value * factor
+
+
+def outcome_of(diagnosis: Diagnosis, case: Case) -> Outcome:
+    """Return what of a diagnosis counts."""
+    friction = diagnosis.friction_averaged or {}
+    numbers = {name: number for finding in diagnosis.findings for name, number in finding.parameters.items()}
+
+    def holds(number: Number, truth: float | None) -> str:
+        return "" if truth is None else str(number.low <= truth <= number.high)
+
+    return {
+        "verdict": diagnosis.verdict,
+        "names": " ".join(finding.name for finding in diagnosis.findings),
+        "alternatives": " ".join(each.name for finding in diagnosis.findings for each in finding.alternatives),
+        "surely": " ".join(str(finding.probability >= THRESHOLDS.sure) for finding in diagnosis.findings),
+        "mu_t held": holds(friction["mu_t"], case.mu_t),
+        "mu_n held": holds(friction["mu_n"], case.mu_n),
+        "sizes held": " ".join(f"{k} {holds(numbers[k], v)}" for k, v in case.truth.items() if k in numbers),
+        "next": " ".join(each.measurement for each in diagnosis.next),
+    }
+
+
+def study(made: Made, done: set[tuple[str, float]], write: Callable[[Row], None], cache: Cache) -> None:
+    """Diagnose a case with each number changed, but for what is ``done``, and ``write`` a row of each."""
+    levels = remembered(best_levels)
+    for module in (compare_hypotheses, reestimate_rivals, state):
+        module.best_levels = levels  # type: ignore[attr-defined]
+
+    def outcome(thresholds: Thresholds) -> Outcome:
+        result = diagnose(made.recording, made.motion, made.model, full=False, cache=cache, thresholds=thresholds)
+        return outcome_of(result.diagnosis, made.case)
+
+    numbers = {each.name: getattr(THRESHOLDS, each.name) for each in fields(THRESHOLDS)}
+    traced = {name: Traced(value) for name, value in numbers.items() if isinstance(value, float)}
+    before = outcome(replace(THRESHOLDS, **traced))
+    for name, value in numbers.items():
+        for factor in (FACTOR, 1.0 / FACTOR):
+            if (name, factor) in done:
+                continue
+            other = scaled(value, factor)
+            again = other != value and not (name in traced and traced[name].same_with(other))
+            after = outcome(replace(THRESHOLDS, **{name: other})) if again else before
+            changed = {key: (before[key], after[key]) for key in before if before[key] != after[key]}
+            write(Row(made.case.index, made.case.name, name, factor, again, changed))
+
+
+def summary(rows: Sequence[Row]) -> str:
+    """Return numbers by what they change, those that change most first."""
+    lines = [
+        "| number | cases | diagnosed again | verdict or name | sure or held | other |",
+        "|---|---|---|---|---|---|",
+    ]
+    counts = []
+    for name in dict.fromkeys(row.threshold for row in rows):
+        some = [row for row in rows if row.threshold == name]
+        changed = [set(row.changed) for row in some]
+        named = sum(bool(each & {"verdict", "names"}) for each in changed)
+        flags = sum(bool(each & {"surely", "mu_t held", "mu_n held", "sizes held"}) for each in changed)
+        other = sum(bool(each & {"alternatives", "next"}) for each in changed)
+        cases = len({row.case for row in some})
+        counts.append((named, flags, other, name, cases, sum(row.again for row in some)))
+    for named, flags, other, name, cases, again in sorted(counts, key=lambda each: (-each[0], -each[1], -each[2])):
+        lines.append(f"| {name} | {cases} | {again} | {named} | {flags} | {other} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--cases", type=int, default=CASES, help="of a plan of 36, the first so many")
+    parser.add_argument("--json", type=Path, help="where rows are kept")
+    options = parser.parse_args()
+    rows = list(read_json(options.json, tuple[Row, ...])) if options.json and options.json.exists() else []
+    bases = []
+    for name in ("beginner", "intermediate"):
+        recording = read_recording(EXAMPLES / name)
+        motion = motion_from_recording(recording)
+        bases.append(base_of(recording, motion, model_of(recording, motion)))
+
+    def write(row: Row) -> None:
+        rows.append(row)
+        if options.json:
+            write_atomically(options.json, to_json([asdict(each) for each in rows]))
+
+    for index, planned in enumerate(plan(CASES, options.seed)[: options.cases]):
+        done = {(row.threshold, row.factor) for row in rows if row.case == index}
+        if len(done) < 2 * len(fields(THRESHOLDS)):
+            with TemporaryDirectory() as folder:
+                study(make(index, planned, bases, options.seed), done, write, Cache(Path(folder)))
+    print(summary(rows))
+
+
+if __name__ == "__main__":
+    main()
