@@ -14,7 +14,9 @@ import pytest
 from bundled import bundled
 from osim_dynamics import Files
 
+from sssi_exudyn.contact.registry import combine_terms
 from sssi_exudyn.contact.terms.body_forces import PolePlant
+from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.storage import Storage, read_storage
 from sssi_exudyn.model.from_recording import model_of
@@ -40,7 +42,7 @@ def hill(path: Array) -> Surface:
 
 @cache
 def texts_and_run(ground: str) -> tuple[dict[str, str], SimulationResult]:
-    """A stretch of a turn on a ``plane`` or on a ``hill``, there with a pole: the files, and the run itself."""
+    """A stretch of a turn on a ``plane``, on a ``hill`` with a pole, or ``carved``: the files, and the run itself."""
     recording, motion = bundled("intermediate")
     model = model_of(recording, motion).with_values({"friction.mu_t": 0.19, "friction.mu_n": 0.9})
     model = replace(model, solver=replace(model.solver, step=STEP))
@@ -48,6 +50,8 @@ def texts_and_run(ground: str) -> tuple[dict[str, str], SimulationResult]:
         start = np.array([model.start.f, model.start.l])
         pole = PolePlant(forward=-8.0, up=20.0, t=motion.start + 0.5 * SECONDS, width=0.08, side=1.0)
         model = replace(model, surface=hill(start + [[-5.0, -10.0], [20.0, 10.0]]), terms=(*model.terms, pole))
+    if ground == "carved":
+        model = replace(model, terms=combine_terms(model.terms, [Carving()]))
     run = simulate(model, motion, stop=motion.start + SECONDS)
     return opensim_texts(run, Parts(model, correct_motion(model, motion))), run
 
@@ -73,8 +77,14 @@ def residual(files: Files, moments: Storage) -> Array:
 
 
 @pytest.mark.long(seconds=20)
-@pytest.mark.parametrize("ground", ["plane", "hill"])
-def test_newton_euler_and_joint_moments_follow_from_the_files(ground: str) -> None:
+@pytest.mark.parametrize(
+    ("ground", "newtons", "newton_metres"),
+    # edges that bite and let go within a few steps shake the skier faster than skis on the paper's snow do
+    [("plane", 0.5, 0.3), ("hill", 0.5, 0.3), ("carved", 1.5, 0.5)],
+)
+def test_newton_euler_and_joint_moments_follow_from_the_files(
+    ground: str, newtons: float, newton_metres: float
+) -> None:
     texts, run = texts_and_run(ground)
     files = Files(texts)
     moments = read_storage(Path("joint_moments.sto"), texts["joint_moments.sto"])
@@ -82,13 +92,13 @@ def test_newton_euler_and_joint_moments_follow_from_the_files(ground: str) -> No
     moment -= residual(files, moments)  # a posture that is prescribed: nothing in nature holds the pelvis
     # What is left is the time step: the solver knows accelerations to its second order, splines know them by places,
     # and a skier on snow vibrates at some 15 Hz: (2 pi 15 Hz 2 ms)²/12 is 0.3 % of the tens of newtons that this takes.
-    assert np.all(rms(force) < 0.5)
-    assert np.all(rms(moment) < 0.3)
+    assert np.all(rms(force) < newtons)
+    assert np.all(rms(moment) < newton_metres)
     # forces that are 1 % wrong would not pass
-    assert rms(run.snow.force.sum(axis=1)).max() > 100.0 * 0.5
+    assert rms(run.snow.force.sum(axis=1)).max() > 100.0 * newtons
     assert set(moments.columns[1:]) == {f"{name}_moment" for name in files.axes if name[-3:-1] != "_t"}
     for name, difference in differences(moments, files.inverse_dynamics()).items():
-        assert difference < 0.3, name  # as of the whole
+        assert difference < newton_metres, name  # as of the whole
 
 
 @pytest.mark.long(seconds=1)
