@@ -91,8 +91,8 @@ class DiagnosisProblem:
         return posture_errors(self.about, self.motion.start, self.motion.stop, self.motion.foot_sigma)
 
     def place(self, model: Model) -> tuple[Model, Array]:
-        """The model on the surface that the heights show beside what its own terms make of the snow, and the amounts
-        (s,) of the surface's modes.
+        """Return the model on the surface that the heights show beside what its own terms make of the snow, and the
+        amounts (s,) of the surface's modes.
         """
         if self.ground is None:
             return model, np.zeros(0)
@@ -100,11 +100,11 @@ class DiagnosisProblem:
         return replace(model, surface=surface), np.array(surface.amounts)
 
     def stamped_by(self, model: Model) -> Measurements:
-        """The measurements as the model's clock has stamped them."""
+        """Return the measurements as the model's clock has stamped them."""
         return self.measurements.stamped_by(model.start.clock_offset, self.motion.start, self.motion.stop)
 
     def with_residual(self, residual: Array) -> DiagnosisProblem:
-        """The same with fixes that count less where a residual (n, 2) m is far off its neighbours'."""
+        """Return the same with fixes that count less where a residual (n, 2) m is far off its neighbours'."""
         counts = counts_of(self.fitting.track, residual)
         return replace(
             self,
@@ -184,14 +184,14 @@ class Nuisances:
 
 
 def no_nuisances(size: int) -> Nuisances:
-    """For ``size`` measurements."""
+    """Return nuisances that are none, for ``size`` measurements."""
     none = np.zeros((size, 0))
     return Nuisances(Freedom(none, np.zeros(0)), none, none, np.zeros(size))
 
 
 def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[NumberRef]) -> Nuisances:
-    """About a run of ``model``, corrected by errors of posture and mass of ``sizes`` (m,); numbers that are ``fitted``
-    with a prior of their own are as they should be.
+    """Linearise what may vary about a run of ``model``, corrected by errors of posture and mass of ``sizes`` (m,);
+    numbers that are ``fitted`` with a prior of their own are as they should be.
 
     Raises SimulationDiverged when it cannot be simulated.
     """

@@ -181,7 +181,7 @@ def _with_forms(state: State, forms: Sequence[Freedom]) -> State:
 def compare_again(
     problem: DiagnosisProblem, state: State, accepted: Sequence[Accepted], *, full: bool
 ) -> tuple[tuple[DiagnosisProblem, State], list[Accepted]]:
-    """Every finding compared again with all hypotheses next to the other findings; the last only when one of them has
+    """Compare every finding again with all hypotheses, next to the other findings; the last only when one of them has
     become another.
 
     The first finding was made while the others were still hidden: it may have stood for one of them, and its
@@ -219,7 +219,7 @@ def compare_again(
 
 
 def separate_fit(problem: DiagnosisProblem, state: State, fit: Refit, accepted: Sequence[Accepted] = ()) -> SeparateFit:
-    """What the runs of a day are compared by, from a fit with what was ``accepted``."""
+    """Return what the runs of a day are compared by, from a fit with what was ``accepted``."""
     shared = {hypothesis.name for hypothesis in STEADY_LAWS}
     for each in reversed(accepted):  # a second of a name goes before the first
         if each.explanation.name in shared:
@@ -228,7 +228,7 @@ def separate_fit(problem: DiagnosisProblem, state: State, fit: Refit, accepted: 
 
 
 def fit_without_findings(recording: Recording, motion: Motion, model: Model) -> tuple[LinearModel, Figures]:
-    """``model`` fitted, with nothing searched, by the reduced model: the run linearised there, and its figures.
+    """Fit ``model`` by the reduced model, with nothing searched: the run linearised there, and its figures.
 
     Raises ValueError without a GPS, and SimulationDiverged when the model cannot be simulated.
     """

@@ -55,8 +55,8 @@ class State:
     first_evidence: float | None = None
 
     def offset(self, amounts: Array) -> Array:
-        """(N,) what is added to the reduced model's prediction on a surface whose modes have these amounts (s,): a
-        prediction counts from what was most probable before anything was measured.
+        """Return (N,) what is added to the reduced model's prediction on a surface whose modes have these amounts (s,):
+        a prediction counts from what was most probable before anything was measured.
         """
         modes = self.nuisances.surface
         return np.asarray(self.nuisances.mean + self.beyond - (modes @ amounts if modes.shape[1] else 0.0))
@@ -72,7 +72,7 @@ class Reestimate:
 
 
 def first_fit(problem: DiagnosisProblem, *, full: bool = False) -> tuple[DiagnosisProblem, State, Refit]:
-    """The fit of the model without anything added, about the estimate of all that is uncertain; and the problem
+    """Fit the model without anything added, about the estimate of all that is uncertain; and the problem
     prepared for it, with fixes that count by how far off they are.  With ``full`` the full model judges the estimate.
     """
     size = len(problem.measurements.measured)
@@ -106,7 +106,7 @@ def first_fit(problem: DiagnosisProblem, *, full: bool = False) -> tuple[Diagnos
 def _beneath(problem: DiagnosisProblem, posterior: Posterior) -> tuple[DiagnosisProblem, Posterior]:
     """The surface as a process beneath the posture of an estimate, whose heights leave waves too short for its modes.
 
-    It stays that for all that is compared after.  Taken from the heights beside each explanation anew, these waves make
+    It stays that for all that is compared after.  Taken from the heights beside each explanation again, these waves make
     up for what it does to the snow, and a bump that is not there gained 12 in log evidence.
     """
     process = surface_process(posterior.model, problem.recording, problem.motion)
@@ -119,7 +119,7 @@ def _beneath(problem: DiagnosisProblem, posterior: Posterior) -> tuple[Diagnosis
 def estimate_again(
     problem: DiagnosisProblem, state: State, fit: Refit, *, full: bool
 ) -> tuple[DiagnosisProblem, State, Refit]:
-    """A fit with other terms or faults, about a new estimate of all that is uncertain."""
+    """Fit other terms or faults, about a new estimate of all that is uncertain."""
     if state.estimate is None:
         if full:
             state = replace(state, beyond=_full_surplus(problem, fit.model))
@@ -131,8 +131,8 @@ def estimate_again(
 
 
 def last_estimate(problem: DiagnosisProblem, state: State, fit: Refit, *, full: bool) -> Posterior | None:
-    """All that is uncertain of a fit's model as a fit of the recording estimates it: that nothing is left over of the
-    moment about the pelvis counts too.  None where most of the posture is assumed.
+    """Estimate all that is uncertain of a fit's model as a fit of the recording estimates it: that nothing is left over
+    of the moment about the pelvis counts too.  None where most of the posture is assumed.
     """
     if state.estimate is None:
         return None
@@ -153,14 +153,14 @@ def _estimate_with(
 
 
 def found_by(problem: DiagnosisProblem, fit: Refit) -> list[Parameter]:
-    """Parameters of a fit that the model without anything added does not have, or not as free."""
+    """Return parameters of a fit that the model without anything added does not have, or not as free."""
     return [parameter for parameter in fit.parameters if parameter not in problem.parameters]
 
 
 def linearise_about(
     problem: DiagnosisProblem, posterior: Posterior, parameters: tuple[Parameter, ...]
 ) -> tuple[DiagnosisProblem, State, Refit]:
-    """The problem on the posture and the snow surface of an estimate, and the fit there.
+    """Prepare the problem on the posture and the snow surface of an estimate, and fit there.
 
     Instruments are as they are stated: what is uncertain of them acts linearly.
     """
@@ -208,13 +208,13 @@ def fit_model(
 
 
 def settle(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State, Refit]:
-    """The same model refitted under the noise that suits it best."""
+    """Refit the same model under the noise that suits it best."""
     levels, _ = best_levels(linear_model(problem, state, fit), state.levels)
     return replace(state, levels=levels), fit_model(problem, state, fit.model, fit.parameters, levels)
 
 
 def remove(problem: DiagnosisProblem, state: State, fit: Refit, candidate: Candidate) -> tuple[State, Refit]:
-    """The fit refitted without what the candidate brought."""
+    """Refit without what the candidate brought."""
     names = candidate.strengths | set(candidate.places)
     model = model_without(problem, fit.model, candidate)
     kept = tuple(p for p in fit.parameters if not names & set(p.names))
@@ -223,7 +223,7 @@ def remove(problem: DiagnosisProblem, state: State, fit: Refit, candidate: Candi
 
 
 def model_without(problem: DiagnosisProblem, model: Model, candidate: Candidate) -> Model:
-    """The model without what the candidate brought."""
+    """Return the model without what the candidate brought."""
     names = candidate.strengths | set(candidate.places)
     owners = {name.owner for name in names}
     if owners == {CLOCK_OFFSET.owner}:
@@ -232,7 +232,7 @@ def model_without(problem: DiagnosisProblem, model: Model, candidate: Candidate)
 
 
 def noise_whitener(problem: DiagnosisProblem, state: State, levels: NoiseLevels, model: Model) -> Whitener:
-    """Of all that is noise to the parameters of a fit that begins at a model."""
+    """Return a whitener of all that is noise to the parameters of a fit that begins at a model."""
     size, beside = len(state.beyond), state.nuisances
     nothing = Freedom(np.zeros((size, 0)), np.zeros(0))
     empty = LinearModel(problem.stamped_by(model), np.zeros(size), nothing, beside.posture, beside.waves)
@@ -248,7 +248,7 @@ def linear_model(problem: DiagnosisProblem, state: State, fit: Refit) -> LinearM
 
 
 def fitted_run(problem: DiagnosisProblem, state: State, fit: Refit) -> FittedRun:
-    """The fitted model and its run, as hypotheses see it."""
+    """Return the fitted model and its run, as hypotheses see it."""
     run = simulate_reduced(fit.model, problem.prepared)
     prediction = _reduced_prediction(problem, state, fit)
     stated = {name: parameter.prior.sigma for parameter in problem.parameters for name in parameter.names}
@@ -262,7 +262,7 @@ def _reduced_prediction(problem: DiagnosisProblem, state: State, fit: Refit) -> 
 
 
 def get_or_make(problem: DiagnosisProblem, key: str, make: Callable[[], Arrays], shapes: Shapes) -> Arrays:
-    """What the cache has under ``key``, or else what ``make`` gives."""
+    """Return what the cache has under ``key``, or else what ``make`` gives."""
     return problem.cache.get_or_make(key, make, shapes) if problem.cache else make()
 
 

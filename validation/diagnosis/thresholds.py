@@ -284,7 +284,7 @@ class Chosen:
 
 
 def chosen_numbers(thresholds: Thresholds = THRESHOLDS) -> Mapping[str, Chosen]:
-    """All of them by their names."""
+    """Return all of them by their names."""
     return {
         each.name: Chosen(getattr(thresholds, each.name), each.metadata[_REASON], each.metadata[_CHOSEN_ON])
         for each in fields(thresholds)

@@ -62,7 +62,7 @@ BY_NAME: Final[dict[str, Hypothesis]] = {hypothesis.name: hypothesis for hypothe
 
 
 def add_hypothesis(hypothesis: Hypothesis) -> None:
-    """Let the diagnosis weigh a hypothesis of a plug-in too; one that is defined anew takes the place of the old one.
+    """Let the diagnosis weigh a hypothesis of a plug-in too; one that is defined again takes the place of the old one.
 
     Raises ValueError where the name is another one's.
     """
@@ -80,7 +80,7 @@ def add_hypothesis(hypothesis: Hypothesis) -> None:
 
 
 def distinguishing_measurement(one: str, other: str) -> str | None:
-    """The measurement that would distinguish two hypotheses, by their names; None where none is known."""
+    """Return the measurement that would distinguish two hypotheses, by their names; None where none is known."""
     for name, compared in ((one, other), (other, one)):
         for distinction in BY_NAME[name].distinctions if name in BY_NAME else ():
             if compared in distinction.others:

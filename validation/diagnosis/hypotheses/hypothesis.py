@@ -64,7 +64,7 @@ class FittedRun:
         return np.asarray(edges[np.concatenate([[True], np.diff(edges) > self.thresholds.cell_length])])
 
     def time_at(self, f: float) -> float:
-        """Time (s) at which the skier passes the place f (m) along the fall line."""
+        """Return the time (s) at which the skier passes the place f (m) along the fall line."""
         along = np.maximum.accumulate(self.run.foot_position[..., 0].mean(axis=1))
         return float(np.interp(f, along, self.run.time))
 
@@ -153,82 +153,84 @@ class Hypothesis(ABC):
 
     @abstractmethod
     def probes(self, fitted: FittedRun) -> list[Probe]:
-        """What the candidates' responses are made of."""
+        """Return what the candidates' responses are made of."""
 
     @abstractmethod
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        """Candidates from the responses (N, probes), a unit of amplitude; none where no instrument would show it."""
+        """Return candidates from the responses (N, probes), a unit of amplitude; none where no instrument would show
+        it.
+        """
 
     @abstractmethod
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float] | None:
-        """When it acts (s), by its fitted numbers; None for always."""
+        """Return when it acts (s), by its fitted numbers; None for always."""
 
     @abstractmethod
     def sentence(self, numbers: Numbers, model: Model) -> str:
-        """What its fitted numbers mean, in a clause; ``model`` is the fitted one."""
+        """Return what its fitted numbers mean, in a clause; ``model`` is the fitted one."""
 
     def plain_words(self, numbers: Numbers, model: Model) -> str:
-        """The same in a coach's words and sizes, without symbols; where ``sentence`` has none, it does."""
+        """Return the same in a coach's words and sizes, without symbols; where ``sentence`` has none, it does."""
         return self.sentence(numbers, model)
 
     def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> Shifts:
-        """By how much the model's numbers, by their names, would be larger, were another part of the run, or another
-        ski, the usual one: of each that fits alike.  None where the usual can be distinguished.
+        """Return by how much the model's numbers, by their names, would be larger, were another part of the run, or
+        another ski, the usual one: of each that fits alike.  None where the usual can be distinguished.
         """
         return ()
 
     def possible(self, model: Model) -> bool:
-        """Whether a model fitted with it is physically possible."""
+        """Tell whether a model fitted with it is physically possible."""
         return True
 
     def sides(self, fitted: FittedRun) -> tuple[float, ...]:
-        """Where else a refit begins than at the candidate, in usual sizes beside it."""
+        """Return where else a refit begins than at the candidate, in usual sizes beside it."""
         return (-0.5, 0.5) if self.moves_all else ()
 
     def always_refitted(self, fitted: FittedRun) -> bool:
-        """Whether it is refitted in this run even where its responses promise little."""
+        """Tell whether it is refitted in this run even where its responses promise little."""
         return False
 
 
 def by_sign(value: float, positive: str, negative: str) -> str:
-    """The word for the sign of ``value``."""
+    """Return the word for the sign of ``value``."""
     return positive if value > 0.0 else negative
 
 
 def as_slope(delta_mu: float) -> str:
-    """In words, the change of the slope that brakes or drives as much as friction along the ski that is ``delta_mu``
-    greater; their difference is of the third order.
+    """Return, in words, the change of the slope that brakes or drives as much as friction along the ski that is
+    ``delta_mu`` greater; their difference is of the third order.
     """
     return f"as if the slope were {abs(np.degrees(delta_mu)):.1f}° {by_sign(delta_mu, 'flatter', 'steeper')}"
 
 
 def as_weight(force: float) -> str:
-    """In words, a force (N) as a weight."""
+    """Return, in words, a force (N) as a weight."""
     return f"as strong as the weight of {abs(force) / GRAVITY:.1f} kg"
 
 
 def add_part(model: Model, part: Term | Sensor) -> Model:
-    """The model with one more term or fault."""
+    """Return the model with one more term or fault."""
     if isinstance(part, Term):
         return replace(model, terms=(*model.terms, part))
     return replace(model, sensors=(*model.sensors, part))
 
 
 def name_in_model(model: Model, part: Term | Sensor) -> str:
-    """The name by which ``Model.value`` finds the part once it is added."""
+    """Return the name by which ``Model.value`` finds the part once it is added."""
     parts: Sequence[Term | Sensor] = (*model.terms, *model.sensors)
     count = sum(other.name == part.name for other in parts) + 1
     return part.name if count == 1 else f"{part.name}#{count}"
 
 
 def probes_by(model: Model, part: Term | Sensor, keys: Sequence[str]) -> list[Probe]:
-    """Probes by the numbers ``keys`` of a part that is added to the model."""
+    """Return probes by the numbers ``keys`` of a part that is added to the model."""
     extended, owner = add_part(model, part), name_in_model(model, part)
     return [Probe(extended, NumberRef.of(owner, key)) for key in keys]
 
 
 def responses_of(probes: Sequence[Probe], prepared: Prepared, measurements: Measurements) -> Array:
-    """(N, probes) derivatives of the measurements by the amplitude of each."""
+    """Return (N, probes) derivatives of the measurements by the amplitude of each."""
     if not probes:
         return np.zeros((len(measurements.measured), 0))
     return responses_to_additions([(probe.model, probe.number) for probe in probes], prepared, measurements.predict)
@@ -244,7 +246,7 @@ class Everywhere(Hypothesis):
 
     @abstractmethod
     def part(self, fitted: FittedRun) -> Term | Sensor:
-        """The term or fault for a run, amplitudes zero."""
+        """Return the term or fault for a run, amplitudes zero."""
 
     @property
     def scales(self) -> Array:
@@ -255,7 +257,7 @@ class Everywhere(Hypothesis):
         return self.probes_of(fitted.model, self.part(fitted))
 
     def probes_of(self, model: Model, part: Term | Sensor) -> list[Probe]:
-        """By each amplitude of ``part``."""
+        """Return probes by each amplitude of ``part``."""
         return probes_by(model, part, [key for key, _ in self.amplitudes])
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
@@ -314,7 +316,7 @@ class KnownNumber(Hypothesis):
         return [Candidate(fitted.model, Freedom(responses, np.array([self.usual(fitted)])), ((self.number,),))]
 
     def usual(self, fitted: FittedRun) -> float:
-        """Its usual size in a run: ``scale``, or more where the instrument states that it may be off by more."""
+        """Return its usual size in a run: ``scale``, or more where the instrument states that it may be off by more."""
         return max(self.scale, fitted.thresholds.faulty * fitted.stated.get(self.number, 0.0))
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:
@@ -322,7 +324,7 @@ class KnownNumber(Hypothesis):
 
 
 def intervals(count: int, least: int, most: int) -> Iterator[tuple[int, int]]:
-    """All stretches [i, j) of ``count`` cells, from ``least`` to ``most`` cells long."""
+    """Return all stretches [i, j) of ``count`` cells, from ``least`` to ``most`` cells long."""
     for length in range(least, most + 1):
         for i in range(count - length + 1):
             yield i, i + length
@@ -344,15 +346,15 @@ class InTime(Hypothesis):
 
     @abstractmethod
     def part(self, t0: float, t1: float, rise: float) -> Term:
-        """The term that acts from t0 to t1, amplitudes zero."""
+        """Return the term that acts from t0 to t1, amplitudes zero."""
 
     @abstractmethod
     def cell(self, t0: float, t1: float) -> Term:
-        """The term of one cell, amplitudes zero; all cells together act as one that acts always."""
+        """Return the term of one cell, amplitudes zero; all cells together act as one that acts always."""
 
     @abstractmethod
     def profile(self, share: Array, rise: float) -> Array:
-        """How much of the amplitude there is at a share (c,) of the time from t0 to t1."""
+        """Return how much of the amplitude there is at a share (c,) of the time from t0 to t1."""
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float]:
         return numbers["t0"].value, numbers["t1"].value
@@ -407,11 +409,11 @@ class Terrain(Hypothesis):
 
     @abstractmethod
     def part(self, f0: float, width: float) -> Term:
-        """The surface, its amplitude zero."""
+        """Return the surface, its amplitude zero."""
 
     @abstractmethod
     def span(self, fitted: FittedRun, f0: float, width: float) -> tuple[float, float]:
-        """When the skier is on it (s)."""
+        """Return when the skier is on it (s)."""
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float]:
         return self.span(fitted, numbers["f0"].value, numbers["width"].value)

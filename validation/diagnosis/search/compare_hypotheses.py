@@ -78,7 +78,7 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
 
 
 def extended_parameters(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], tuple[Parameter, ...]]:
-    """Parameters of a fit with the candidate: those of ``base`` with the amplitudes, and the places."""
+    """Return parameters of a fit with the candidate: those of ``base`` with the amplitudes, and the places."""
     kept = tuple(p for p in base.parameters if not candidate.strengths & set(p.names))
     known = {p.names[0]: p.prior.mean for p in base.parameters}
     amplitudes = tuple(
@@ -220,7 +220,7 @@ def _refit_with(
         return fit_model(problem, state, start, (*parameters, *places), levels)
 
     def misfit(fit: Refit) -> float:
-        """J with the noise's volume, which a clock changes: fixes of instants outside the run count less."""
+        """Return J with the noise's volume, which a clock changes: fixes of instants outside the run count less."""
         return fit.objective + log_volume(linear_model(problem, state, fit), explanation.levels)
 
     def best_fit(candidate: Candidate) -> Refit:
@@ -255,8 +255,8 @@ def _refit_with(
 def weigh_refit(
     problem: DiagnosisProblem, state: State, base: Refit, explanation: Screened, fit: Refit, by_size: Array
 ) -> Refitted:
-    """The explanation by its evidence about ``fit``, none where that is physically impossible; ``by_size`` is its
-    ``evidence_by_size`` there.
+    """Return the explanation by its evidence about ``fit``, none where that is physically impossible; ``by_size`` is
+    its ``evidence_by_size`` there.
     """
     there = _fix_places(base, explanation.candidate, fit)
     placed = linear_model(problem, state, there)
@@ -308,7 +308,7 @@ def without_law(
 
 
 def evidence_by_size(problem: DiagnosisProblem, state: State, base: Refit, explanation: Screened, fit: Refit) -> Array:
-    """(sizes,) log evidence of the fit, were it usually of each size."""
+    """Return (sizes,) log evidence of the fit, were it usually of each size."""
     fits = [
         _fix_places(base, _scale(explanation.candidate, size / explanation.size), fit)
         for size in problem.thresholds.sizes

@@ -38,7 +38,7 @@ def smallest_noticed(
 
 
 def adequacy(residual: Array, measurements: Measurements, thresholds: Thresholds = THRESHOLDS) -> Adequacy:
-    """Whether a track that is missed by ``residual`` (N,) could be a right model's, by what the instruments state.
+    """Tell whether a track that is missed by ``residual`` (N,) could be a right model's, by what the instruments state.
 
     Errors of a receiver last for seconds, so that a run holds but a few of them.
     """

@@ -98,7 +98,7 @@ class Screened:
         return 0.0 if self.free_form is None else self.free_form.share
 
     def with_fit(self, fit: Refit) -> Refitted:
-        """The same with a fit of its real term or fault."""
+        """Return the same with a fit of its real term or fault."""
         return Refitted(**{**vars(self), "fit": fit})
 
 
@@ -151,14 +151,14 @@ class Round:
         return self.hypotheses[0]
 
     def ranked(self, explanations: Sequence[Explanation]) -> Round:
-        """The same round with other evidence of its explanations, and their probabilities by that."""
+        """Return the same round with other evidence of its explanations, and their probabilities by that."""
         return replace(self, explanations=rank_by_probability(explanations, self.explained, self.fitted))
 
 
 def rank_by_probability(
     explanations: Sequence[Explanation], explained: float, fitted: FittedRun
 ) -> tuple[Explanation, ...]:
-    """All explanations of a round with their probabilities, the most probable first."""
+    """Return all explanations of a round with their probabilities, the most probable first."""
     (nothing,) = (each for each in explanations if isinstance(each, Nothing))
     hypotheses = [each for each in explanations if isinstance(each, Screened)]
     weights, evidence, natural = np.array(

@@ -17,7 +17,9 @@ _FOLDS = 4
 
 
 def folds_of(measurements: Measurements, edge_changes: Array) -> list[tuple[float, float]]:
-    """The turns from one change of edges to the next (s), or equal parts where there are fewer than three of them."""
+    """Return the turns from one change of edges to the next (s), or equal parts where there are fewer than three of
+    them.
+    """
     begin, end = float(measurements.fixes[0]), float(measurements.fixes[-1])
     inner = edge_changes[(edge_changes > begin + 0.5) & (edge_changes < end - 0.5)]
     if len(inner) < _FOLDS - 1:
@@ -29,9 +31,9 @@ def folds_of(measurements: Measurements, edge_changes: Array) -> list[tuple[floa
 def held_out_errors(
     linear: LinearModel, levels: NoiseLevels, folds: list[tuple[float, float]], more: Array | None = None
 ) -> Array:
-    """(fixes, c) horizontal errors (m) at the fixes of each fold, predicted from everything outside of it, by each of c
-    models that have one number more, whose response is a column of ``more`` (N, c) and whose usual size is one; without
-    ``more`` by the one model that has none.
+    """Return (fixes, c) horizontal errors (m) at the fixes of each fold, predicted from everything outside of it, by
+    each of c models that have one number more, whose response is a column of ``more`` (N, c) and whose usual size is
+    one; without ``more`` by the one model that has none.
 
     What is uncertain is estimated from outside, too: parameters, instruments, posture and snow surface.
     """
@@ -60,18 +62,18 @@ def _within(time: Array, begin: float, end: float) -> NDArray[np.bool_]:
 
 
 def best_residual(linear: LinearModel, levels: NoiseLevels) -> Array:
-    """(N,) measured less predicted, with everything that is uncertain where it is most probable."""
+    """Return (N,) measured less predicted, with everything that is uncertain where it is most probable."""
     free, known = linear.all_free(levels), uncertain(linear, levels)
     return np.asarray(linear.residual - (free.columns * free.scales) @ known.share(known.residual))
 
 
 def track_error(residual: Array, measurements: Measurements) -> float:
-    """Mean horizontal error (m) at the fixes."""
+    """Return the mean horizontal error (m) at the fixes."""
     return float(np.mean(np.hypot(residual[measurements.blocks["x"]], residual[measurements.blocks["y"]])))
 
 
 def misfit(linear: LinearModel, levels: NoiseLevels) -> float:
-    """χ² of the horizontal track per measurement, under noise and all that is uncertain: 1 is expected."""
+    """Return χ² of the horizontal track per measurement, under noise and all that is uncertain: 1 is expected."""
     measurements = linear.measurements
     track = {name: np.full(at.stop - at.start, name in ("x", "y")) for name, at in measurements.blocks.items()}
     known = uncertain(linear, levels, track)

@@ -74,12 +74,12 @@ class MissingForce:
     on_feet: ForceOnFeet | None
 
     def impulse(self, window: tuple[float, float]) -> Array:
-        """(3,) N s within a window of time (s)."""
+        """Return (3,) N s within a window of time (s)."""
         overlap = np.minimum(self.edges[1:], window[1]) - np.maximum(self.edges[:-1], window[0])
         return np.asarray(np.maximum(overlap, 0.0) @ self.force)
 
     def stretches(self) -> list[tuple[float, float]]:
-        """Windows (s) in which some direction stands out, neighbours joined."""
+        """Return windows (s) in which some direction stands out, neighbours joined."""
         windows: list[tuple[float, float]] = []
         for k in np.flatnonzero(self.stands_out.any(axis=1)):
             begin, end = float(self.edges[k]), float(self.edges[k + 1])
@@ -101,7 +101,7 @@ def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, r
     known = uncertain(linear, levels)
 
     def smooth(columns: Array, parts: int) -> _Smoothed:
-        """A force of independent ``parts``, three directions each, by its columns (N, 3·parts·c)."""
+        """Return a force of independent ``parts``, three directions each, by its columns (N, 3·parts·c)."""
         g = whiten_columns(linear, levels, columns)
         return _smooth(g.T @ known.remove_from(g), g.T @ known.remove_from(known.residual), *forms_of(fitted, parts))
 
@@ -121,7 +121,7 @@ def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, r
 
 
 def course_of(fitted: FittedRun) -> Array:
-    """(2, c) unit vectors of the skis' way in the cells, down the fall line and to the left."""
+    """Return (2, c) unit vectors of the skis' way in the cells, down the fall line and to the left."""
     edges, forward = fitted.time_edges, fitted.run.foot_forward.mean(axis=1)
     middles = 0.5 * (edges[1:] + edges[:-1])
     course = np.stack([np.interp(middles, fitted.run.time, forward[:, axis]) for axis in range(2)])
@@ -129,8 +129,8 @@ def course_of(fitted: FittedRun) -> Array:
 
 
 def along_course(fitted: FittedRun, responses: Array) -> Array:
-    """(N, 3·c) responses to a newton along and across the skis' way and normal to the snow in each cell; ``responses``
-    as in ``missing_force``.
+    """Return (N, 3·c) responses to a newton along and across the skis' way and normal to the snow in each cell;
+    ``responses`` as in ``missing_force``.
     """
     cosine, sine = course_of(fitted)
     by_f, by_l, by_n = responses.reshape(len(responses), 3, -1).transpose(1, 0, 2)
@@ -138,8 +138,8 @@ def along_course(fitted: FittedRun, responses: Array) -> Array:
 
 
 def forms_of(fitted: FittedRun, parts: int) -> tuple[list[Array], list[Array]]:
-    """Covariances N², of every size and time, of forces of independent ``parts`` in the run's cells: in all three
-    directions, and in one of them alone.
+    """Return covariances N², of every size and time, of forces of independent ``parts`` in the run's cells: in all
+    three directions, and in one of them alone.
     """
     edges, thresholds = fitted.time_edges, fitted.thresholds
     cells, middles = len(edges) - 1, 0.5 * (edges[1:] + edges[:-1])
@@ -152,9 +152,9 @@ def forms_of(fitted: FittedRun, parts: int) -> tuple[list[Array], list[Array]]:
 
 
 def carried_by_soles(fitted: FittedRun, course: Array) -> Array:
-    """(2, N, 3·c) what insoles show besides where a newton acts on the left or the right foot and not on the body,
-    along and across the ``course`` (2, c) and normal to the snow in each cell: what of it is square to the sole, which
-    is nothing along the ski.
+    """Return (2, N, 3·c) what insoles show besides where a newton acts on the left or the right foot and not on the
+    body, along and across the ``course`` (2, c) and normal to the snow in each cell: what of it is square to the sole,
+    which is nothing along the ski.
     """
     time, edges = fitted.run.time, fitted.time_edges
     within = (time[:, None] >= edges[:-1]) & (time[:, None] < edges[1:])
@@ -202,14 +202,14 @@ def _smooth(gram: Array, pull: Array, priors: Sequence[Array], alone: Sequence[A
 
 
 def half_each(*log_factors: Sequence[float]) -> float:
-    """Log of the mean of the means of some groups' factors."""
+    """Return the log of the mean of the means of some groups' factors."""
     means = [np.logaddexp.reduce(some) - np.log(len(some)) for some in log_factors]
     return float(np.logaddexp.reduce(means) - np.log(len(means)))
 
 
 def gain_of(prior: Array, gram: Array, pull: Array) -> tuple[Array, float]:
-    """Covariance afterwards of amplitudes of covariance ``prior``, and the log Bayes factor of them against none, from
-    what is known of them: information ``gram`` and ``pull`` (Rasmussen and Williams 2006, A.9 and A.10).
+    """Return the covariance afterwards of amplitudes of covariance ``prior``, and the log Bayes factor of them against
+    none, from what is known of them: information ``gram`` and ``pull`` (Rasmussen and Williams 2006, A.9 and A.10).
     """
     inner = np.eye(len(prior)) + prior @ gram
     gain: Array = np.asarray(np.linalg.solve(inner, prior), dtype=np.float64)
@@ -217,8 +217,8 @@ def gain_of(prior: Array, gram: Array, pull: Array) -> tuple[Array, float]:
 
 
 def placebos(fitted: FittedRun, responses: Array) -> Array:
-    """(N, ``PLACEBOS``) what forces do that are drawn at random, as large and as lasting as a missing one may be;
-    ``responses`` as in ``missing_force``.
+    """Return (N, ``PLACEBOS``) what forces do that are drawn at random, as large and as lasting as a missing one may
+    be; ``responses`` as in ``missing_force``.
     """
     edges, usual = fitted.time_edges, (fitted.thresholds.placebo_size, fitted.thresholds.placebo_memory)
     lower = np.linalg.cholesky(latent_covariance(0.5 * (edges[1:] + edges[:-1]), *usual))
@@ -227,8 +227,8 @@ def placebos(fitted: FittedRun, responses: Array) -> Array:
 
 
 def latent_covariance(middles: Array, size: float, time: float) -> Array:
-    """(3·c, 3·c) N² of a missing force of a ``size`` (N) that keeps its direction for a ``time`` (s), in its three
-    directions in cells about ``middles`` (c,) s, before the data speak.
+    """Return (3·c, 3·c) N² of a missing force of a ``size`` (N) that keeps its direction for a ``time`` (s), in its
+    three directions in cells about ``middles`` (c,) s, before the data speak.
     """
     apart = np.abs(middles[:, None] - middles[None, :])
     return np.asarray(np.kron(np.eye(3), size**2 * np.exp(-apart / time)))
@@ -258,8 +258,8 @@ def _standing_out(force: Array, under_noise: Array, thresholds: Thresholds) -> t
 
 
 def discoveries(p: Array, rate: float = THRESHOLDS.false_discoveries) -> NDArray[np.bool_]:
-    """Which of the p-values (…) stand out with that expected share of false ones, however they depend on each other
-    (Benjamini and Yekutieli 2001).
+    """Return which of the p-values (…) stand out with that expected share of false ones, however they depend on each
+    other (Benjamini and Yekutieli 2001).
     """
     flat = np.sort(p.ravel())
     size = len(flat)

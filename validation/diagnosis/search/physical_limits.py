@@ -1,7 +1,7 @@
 """How much more probable measurements make it that an explanation is physically possible.
 
-Evidence integrates over every size of an effect, to both sides.  Of a force that can only brake, or of a wind in which
-nobody skis, a part of that does not exist: the evidence within what is possible is the whole, times the share of what
+Evidence integrates over every size of an effect, to both sides.  Of a force that can only brake, or of a wind that
+stops lifts, a part of that does not exist: the evidence within what is possible is the whole, times the share of what
 is possible afterwards over its share beforehand.
 """
 
@@ -28,8 +28,8 @@ POSSIBLE_SEED: Final = 2
 def log_possible(
     hypothesis: Hypothesis, candidate: Candidate, fit: Refit, linear: LinearModel, levels: NoiseLevels
 ) -> float:
-    """Log of the share of what is possible afterwards over that beforehand; ``linear`` is about the ``fit`` with the
-    candidate, whose parameters are the last of what is free.
+    """Return the log of the share of what is possible afterwards over that beforehand; ``linear`` is about the ``fit``
+    with the candidate, whose parameters are the last of what is free.
     """
     known, count = uncertain(linear, levels), len(fit.parameters)
     first = len(linear.free.scales) - count
@@ -53,7 +53,9 @@ def log_possible(
 
 
 def log_share(possible: Callable[[Array], bool], before: Array, after: Array) -> float:
-    """Log of the share of what is ``possible`` of numbers drawn ``after`` measuring (n, k) over that ``before``."""
+    """Return the log of the share of what is ``possible`` of numbers drawn ``after`` measuring (n, k) over that
+    ``before``.
+    """
     at_last = float(np.mean([possible(values) for values in after]))
     if at_last == 0.0:
         return -np.inf

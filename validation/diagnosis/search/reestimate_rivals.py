@@ -136,7 +136,7 @@ def _in_free_form(
 
 
 def best_law(explanations: Sequence[Explanation], estimates: Mapping[str, Reestimate]) -> Refitted | None:
-    """The most probable explanation that has a law, of those estimated again; None where none was."""
+    """Return the most probable explanation that has a law, of those estimated again; None where none was."""
     laws = [each for each in explanations if isinstance(each, Refitted) and each.name in estimates and each.has_law]
     possible = [each for each in laws if np.isfinite(each.log_evidence)]
     return max(possible, key=lambda each: each.log_evidence, default=None)

@@ -116,7 +116,7 @@ class Selection:
         return list(self.subsets[self.best])
 
     def inclusion(self, product: int) -> float:
-        """Probability that a product is in the sum."""
+        """Return the probability that a product is in the sum."""
         return float(sum(p for s, p in zip(self.subsets, self.probability, strict=True) if product in s))
 
 
@@ -160,7 +160,7 @@ def select(gram: Array, pull: Array, thresholds: Thresholds = THRESHOLDS) -> Sel
 
 
 def log_prior_of(count: int) -> float:
-    """Log prior probability of a sum of so many products, among all sums."""
+    """Return the log prior probability of a sum of so many products, among all sums."""
     return float(count * np.log(INCLUDED) + (len(BASIS) - count) * np.log1p(-INCLUDED))
 
 
@@ -180,8 +180,8 @@ def find_law(
     explanations: Sequence[DayExplanation],
     progress: Callable[[float | None, str], None] = lambda _share, _detail: None,
 ) -> tuple[FoundLaw, tuple[SeparateFit, ...]]:
-    """The most probable sum of products beside the day's ``explanations``, and where it is offered each run fitted with
-    it.
+    """Return the most probable sum of products beside the day's ``explanations``, and where it is offered each run
+    fitted with it.
 
     It is fitted with the real term where none is less than half probable among the sums.
     """
@@ -264,7 +264,7 @@ def _about_itself(
 
 
 def formula_of(numbers: dict[str, Number], variables: dict[str, Variable]) -> str:
-    """The law in characters: friction along the ski, then every variable that is in it."""
+    """Return the law in characters: friction along the ski, then every variable that is in it."""
     line, used = f"μ_t = {numbers[SHARED[0]].value:.3f}", []
     for name, number in numbers.items():
         if name.startswith(_OWN):
@@ -303,7 +303,7 @@ def _feet(own: SeparateFit) -> FootState:
 
 
 def downhill(own: SeparateFit, first: SeparateFit) -> float:
-    """By how much (m) a run's first fix, from which its places count, lies below the first run's."""
+    """Return by how much (m) a run's first fix, from which its places count, lies below the first run's."""
     here, there = own.problem.gps, first.problem.gps
     model = first.fit.model
     apart = enu_from(np.zeros((1, 3)), here.origin, there.origin)[0]
@@ -349,8 +349,8 @@ def _with_numbers(law: Law, own: SeparateFit, joint: Joint, fit: Refit) -> Separ
 
 
 def model_with_law(run: SeparateFit) -> Model:
-    """The model of a run that was fitted with a law: all that is uncertain of the run alone estimated anew beside it,
-    by the reduced model.  It is the fit's where that cannot be.
+    """Return the model of a run that was fitted with a law: all that is uncertain of the run alone estimated again
+    beside it, by the reduced model.  It is the fit's where that cannot be.
     """
     try:
         posterior = last_estimate(run.problem, run.state, run.fit, full=False)

@@ -78,8 +78,8 @@ class DayExplanation:
 
 
 def joint_evidence(runs: Sequence[DayRun], extra: Sequence[Freedom] | None = None) -> tuple[float, Array, Array]:
-    """Log evidence of all runs, with what ``extra`` (one a run, of the same scales) adds in common; and the most
-    probable shared numbers with their standard deviations: those of ``SHARED``, then the extra ones.
+    """Return the log evidence of all runs, with what ``extra`` (one a run, of the same scales) adds in common; and the
+    most probable shared numbers with their standard deviations: those of ``SHARED``, then the extra ones.
     """
     rows, shared, own, volume = [], [], [], 0.0
     for i, run in enumerate(runs):
@@ -108,7 +108,7 @@ def joint_evidence(runs: Sequence[DayRun], extra: Sequence[Freedom] | None = Non
 
 
 def day_run(own: SeparateFit, linear: LinearModel, levels: NoiseLevels) -> DayRun:
-    """What the day needs of a run whose linear model is about its own fit, or about one with as many parameters."""
+    """Return what the day needs of a run whose linear model is about its own fit, or about one with as many parameters."""
     names = [p.names[0] for p in own.fit.parameters]
     mounting = linear.free.columns.shape[1] - len(names)  # those of the instruments' mounting come first
     return DayRun(linear, levels, tuple(mounting + names.index(name) for name in SHARED))
@@ -136,11 +136,11 @@ class Law:
         return tuple(NumberRef.of(self.name, key) for key in self.keys)
 
     def probes(self, model: Model, run: int) -> list[Probe]:
-        """By each amplitude, in the model of a run."""
+        """Return probes by each amplitude, in the model of a run."""
         return probes_by(model, self.parts[run], self.keys) if self.parts else []
 
     def added_to(self, model: Model, run: int) -> tuple[Model, tuple[NumberRef, ...]]:
-        """The model of a run with the law, and the names of its amplitudes there."""
+        """Return the model of a run with the law, and the names of its amplitudes there."""
         if not self.parts:
             return model, ()
         owner = name_in_model(model, self.parts[run])
@@ -148,7 +148,9 @@ class Law:
 
 
 def named_law(hypothesis: SteadyLaw, first: FittedRun, runs: int) -> Law:
-    """A law of the list, the same for all runs: the speed, edge or load that it refers to is the ``first`` one's."""
+    """Return a law of the list, the same for all runs: the speed, edge or load that it refers to is the ``first``
+    one's.
+    """
     keys = tuple(key for key, _ in hypothesis.amplitudes)
     return Law(
         hypothesis.name,
@@ -177,7 +179,7 @@ class Joint:
 
 
 def by_size(law: Law, runs: Sequence[DayRun], columns: Sequence[Array], thresholds: Thresholds = THRESHOLDS) -> Joint:
-    """The evidence over all sizes that the law usually has, and the numbers for the one that suits best.
+    """Return the evidence over all sizes that the law usually has, and the numbers for the one that suits best.
 
     columns : one (N, amplitudes) a run, its responses to the law
     """
@@ -192,7 +194,7 @@ def by_size(law: Law, runs: Sequence[DayRun], columns: Sequence[Array], threshol
 
 
 def fit_to_all(law: Law, runs_alone: Sequence[SeparateFit], start: Array) -> Joint:
-    """The law with the real term in all runs' models, from shared numbers ``start``, less their priors' means, on.
+    """Fit the law with the real term in all runs' models, from shared numbers ``start``, less their priors' means, on.
 
     Raises SimulationDiverged where a run cannot be simulated so.
     """
@@ -229,7 +231,7 @@ def _log_possible(law: Law, own: SeparateFit, joint: Joint) -> float:
 
 
 def fit_beside(law: Law, values: Array, runs_alone: Sequence[SeparateFit]) -> list[tuple[DayRun, Array, Refit]]:
-    """Each run's own numbers fitted beside the shared ``values``: what the day needs of it about that, its responses
+    """Fit each run's own numbers beside the shared ``values``: what the day needs of it about that, its responses
     (N, amplitudes) to the law, and the fit.
 
     Raises as ``fit_to_all``.
@@ -272,7 +274,7 @@ def _held(prior: Prior, apart: float, share: float) -> Prior:
 
 
 def responses(runs_alone: Sequence[SeparateFit], laws: Sequence[Law]) -> list[list[Array]]:
-    """(N, amplitudes) of each law, in one pass over each run; of none for none."""
+    """Return (N, amplitudes) of each law, in one pass over each run; of none for none."""
     by_run = []
     for i, own in enumerate(runs_alone):
         every = [law.probes(own.fit.model, i) for law in laws]
@@ -284,8 +286,8 @@ def responses(runs_alone: Sequence[SeparateFit], laws: Sequence[Law]) -> list[li
 def compare_for_day(
     runs_alone: Sequence[SeparateFit], progress: Callable[[float | None, str], None] = lambda _share, _detail: None
 ) -> list[DayExplanation]:
-    """Everything that can act on all runs alike, and nothing, the most probable first; without a law whose fit to all
-    is physically impossible.
+    """Compare everything that can act on all runs alike, and nothing, the most probable first; without a law whose fit
+    to all is physically impossible.
 
     What was found in one run alone, a gust or a late clock, stays with it.
     """
@@ -337,7 +339,7 @@ def compare_for_day(
 
 
 def numbers_of(law: Law, first: SeparateFit, joint: Joint) -> dict[str, Number]:
-    """The shared numbers, those of ``SHARED`` first, with their 90 % intervals, all within their bounds."""
+    """Return the shared numbers, those of ``SHARED`` first, with their 90 % intervals, all within their bounds."""
     known = {p.names[0]: p.prior.mean for p in first.fit.parameters}
     model, _ = law.added_to(first.fit.model, 0)
     numbers = {}

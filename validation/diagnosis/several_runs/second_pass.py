@@ -101,12 +101,12 @@ class Way:
     origin: tuple[float, float, float]
 
     def from_above(self, places: Array, origin: tuple[float, float, float]) -> Array:
-        """(m, 2) m east and north of ``origin``, of places (m, 3) in this slope frame."""
+        """Return (m, 2) m east and north of ``origin``, of places (m, 3) in this slope frame."""
         return enu_from(places @ slope_to_enu(self.inclination, self.azimuth).T, self.origin, origin)[:, :2]
 
     def line_in(self, f: float, other: Way) -> float:
-        """Where the place at which this way meets ``f`` (m) lies down the fall line (m) of another's slope frame; it
-        goes straight on down the fall line where the way has ended.
+        """Return where the place at which this way meets ``f`` (m) lies down the fall line (m) of another's slope
+        frame; it goes straight on down the fall line where the path has ended.
         """
         along = np.maximum.accumulate(self.places[:, 0])
         place = np.array([[f, *(np.interp(f, along, axis) for axis in self.places[:, 1:].T)]])
@@ -119,7 +119,7 @@ class Way:
     def passes(
         self, other: Way, window: tuple[float, float], near_path: float = THRESHOLDS.near_path
     ) -> NDArray[np.bool_]:
-        """(n,) instants at which this way is within ``near_path`` (m) of where the other was in that time (s)."""
+        """Return (n,) instants at which this way is within ``near_path`` (m) of where the other was in that time (s)."""
         there = other.places[(other.time >= window[0]) & (other.time <= window[1])]
         if len(there) == 0:
             return np.zeros(len(self.time), dtype=bool)
@@ -129,7 +129,7 @@ class Way:
         return np.asarray(near & (self.places[:, 0] >= begin) & (self.places[:, 0] <= end))
 
     def metres(self, inside: NDArray[np.bool_]) -> float:
-        """Length (m) of the way at those of its instants (n,)."""
+        """Return the length (m) of the path at those of its instants (n,)."""
         steps = np.linalg.norm(np.diff(self.places, axis=0), axis=1)
         return float(np.sum(steps[inside[:-1] & inside[1:]]))
 
@@ -158,8 +158,8 @@ class _Known:
 def ask_other_runs(
     ends: Mapping[str, SearchEnd], progress: Callable[[float | None, str], None] = lambda _share, _detail: None
 ) -> tuple[SamePlace, ...]:
-    """Every finding of each run, by the runs' names, that may keep to its place and may be something else, where
-    another run passed that place.
+    """Ask the other runs about every finding of each run, by the runs' names, that may keep to its place and may be
+    something else, where they passed that place.
     """
     runs = [_run(name, end) for name, end in ends.items()]
     answers = []
@@ -228,7 +228,7 @@ def update(searched: Round, passes: Sequence[Pass]) -> tuple[Explanation, ...]:
 
 
 def gains_of(passes: Sequence[Pass]) -> dict[str, float]:
-    """Log evidence of all passes together, by the names of what keeps to a place; -inf for what cannot be."""
+    """Return the log evidence of all passes together, by the names of what keeps to a place; -inf for what cannot be."""
     gains: dict[str, float] = {}
     for each in passes:
         for name, gain in each.log_evidence.items():
@@ -347,7 +347,7 @@ def _either(nothing: float, own: Accepted, evidence: float, problem: DiagnosisPr
 
 
 def _meet_again(run: _Run, other: _Run, without: Reestimate, known: _Known) -> tuple[Reestimate, dict[str, float]]:
-    """A run that meets what another run knows of, estimated anew, and by how much (m) places lie further down its fall
+    """A run that meets what another run knows of, estimated again, and by how much (m) places lie further down its fall
     line than down the other's.
     """
     lines = {key: run.way.line_in(known.numbers[key].mean, other.way) - known.numbers[key].mean for key in known.lines}
@@ -374,7 +374,7 @@ def _after(known: _Known, fit: Refit, lines: Mapping[str, float], thresholds: Th
 
 
 def best_of(probabilities: Mapping[str, float]) -> tuple[str, float]:
-    """The most probable name, and its probability."""
+    """Return the most probable name, and its probability."""
     return max(probabilities.items(), key=lambda item: item[1])
 
 

@@ -161,7 +161,8 @@ def _next(last: Round, accepted: Sequence[Accepted], levels: NoiseLevels) -> tup
 
 
 def figures_of(linear: LinearModel, levels: NoiseLevels, residual: Array, left_out: Array) -> Figures:
-    """Of a fit, with everything that is uncertain where it is most probable: there it leaves ``residual`` (N,).
+    """Return the figures of a fit, with everything that is uncertain where it is most probable: there it leaves
+    ``residual`` (N,).
 
     left_out : (fixes,) m, its ``held_out_errors``
     """

@@ -41,8 +41,8 @@ def paragraph_of(
     figures: Sequence[Figures],
     following: Sequence[Next],
 ) -> str:
-    """The paragraph; ``last`` is the last round of the search, ``model`` the one with all findings, ``figures`` those
-    before and after, ``following`` what to measure next.
+    """Return the paragraph; ``last`` is the last round of the search, ``model`` the one with all findings, ``figures``
+    those before and after, ``following`` what to measure next.
     """
     causes, thresholds = len(last.hypotheses), last.fitted.thresholds
     sentences = [

@@ -22,7 +22,7 @@ def sentence_of(
     models: tuple[Model, Model],
     figures: Sequence[Figures],
 ) -> str:
-    """The sentence that a diagnosis begins with; ``models`` and ``figures`` are those before and after."""
+    """Return the sentence that a diagnosis begins with; ``models`` and ``figures`` are those before and after."""
     first, final = figures[0], figures[-1]
     if verdict == "none":
         friction = models[0].friction
@@ -76,8 +76,8 @@ def _clause(finding: Finding, model: Model, thresholds: Thresholds) -> str:
 
 
 def list_alternatives(name: str, others: Sequence[Alternative]) -> str:
-    """What else it may be than the hypothesis of that name, with probabilities, and the measurement that would decide
-    between it and the most probable other for which one is known.
+    """Return what else it may be than the hypothesis of that name, with probabilities, and the measurement that would
+    decide between it and the most probable other for which one is known.
     """
     listed = ", ".join(f"{other.name} ({other.probability:.0%})" for other in others)
     measurements = (distinguishing_measurement(name, other.name) for other in others)

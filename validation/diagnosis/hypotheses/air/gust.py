@@ -27,7 +27,7 @@ class PassingGust(InTime):
     scale, longest, least = 5.0, 0.5, 4
     rises = (1.0, 0.4)
     distinctions = (Distinction(("unexplained_force", "snow_patch"), "a second run over the same place"),)
-    _STRONGEST: Final = 20.0  # m/s, Beaufort 8 to 9: lifts stand still, nobody skis
+    _STRONGEST: Final = 20.0  # m/s, Beaufort 8 to 9: lifts stand still
     _SHORTEST: Final = 1.0  # s
 
     def possible(self, model: Model) -> bool:

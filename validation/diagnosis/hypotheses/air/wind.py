@@ -29,12 +29,12 @@ class SteadyWind(SteadyLaw):
 
 
 def wind_in_words(numbers: Numbers) -> str:
-    """Strength (m/s) and direction of a wind."""
+    """Return strength (m/s) and direction of a wind."""
     return _in_words(numbers, 1.0, "m/s", 1)
 
 
 def plain_wind(numbers: Numbers) -> str:
-    """The same in km/h."""
+    """Return the same in km/h."""
     return _in_words(numbers, 3.6, "km/h", 0)
 
 

@@ -26,7 +26,7 @@ class GpsDelay(KnownNumber):
     distinctions = (Distinction(("lever_arm",), "the receiver's time pulse, or the antenna's place measured"),)
 
     def usual(self, fitted: FittedRun) -> float:
-        """A receiver that has one fix a second may report it as much later."""
+        """Return the usual delay: a receiver that has one fix a second may report it as much later."""
         return max(super().usual(fitted), float(np.median(np.diff(fitted.measurements.fixes))))
 
     def _late_by_seconds(self, fitted: FittedRun) -> bool:
@@ -40,8 +40,8 @@ class GpsDelay(KnownNumber):
         return (-2.0, -1.0, 1.0, 2.0) if self._late_by_seconds(fitted) else super().sides(fitted)
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        """Of a receiver that may be late by a second also clocks that much off, by the difference that they make: a
-        skier turns within that time, and no straight line leads there.
+        """Propose, of a receiver that may be late by a second, also clocks that much off, by the difference that they
+        make: a skier turns within that time, and no straight line leads there.
         """
         candidates, usual = super().candidates(fitted, responses), self.usual(fitted)
         if not self._late_by_seconds(fitted):

@@ -74,7 +74,9 @@ class PatchOfSnow(Hypothesis):
         return fitted.time_at(numbers["f0"].value), fitted.time_at(numbers["f1"].value)
 
     def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> Shifts:
-        """Of a patch that begins or ends with the run: slower snow from there on is faster snow until there."""
+        """Return the shifts of a patch that begins or ends with the run: slower snow from there on is faster snow until
+        there.
+        """
         owner = candidate.amplitudes[0][0].owner
         begin, end = (fitted.time_at(model.value(NumberRef.of(owner, key))) for key in self.lines)
         edges = fitted.time_edges

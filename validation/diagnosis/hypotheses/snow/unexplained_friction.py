@@ -34,7 +34,7 @@ class FrictionOfOneSki(SteadyLaw):
         return UnexplainedFriction()
 
     def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> Shifts:
-        """Either ski may be the usual one."""
+        """Return the shifts to either ski, which may be the usual one."""
         half = 0.5 * model.value(candidate.amplitudes[0][0])
         return {MU_T: half}, {MU_T: -half}
 
