@@ -153,7 +153,7 @@ def _read_alone(folder: Path, settings: Settings) -> Recording:
     notices += _assumed_boots(settings, toml)
     bvh, given_heading = _read_motion(folder, settings, toml, hashes)
     check_size(bvh, skier.height, folder / text_of(settings["motion"], "file", toml, "[motion]"))
-    gps = _read_gps(folder, settings, toml, hashes, bvh.names)
+    gps = _read_gps(folder, settings, toml, hashes, bvh.names, (float(bvh.time[0]), float(bvh.time[-1])))
     insoles = _read_insoles(folder, settings, toml, hashes)
     poles = _read_poles(folder, settings, toml, hashes)
     start, stop, cut = _overlap(toml, bvh, gps, insoles)
@@ -212,7 +212,8 @@ def _read_few_sensors(
         problem = "load cells of poles need captured hands"
         raise InputError(toml, "[poles]", problem, "leave [poles] out, or record the motion")
     imus, barometer = read_sensors(folder, settings, toml, hashes)
-    gps = _read_gps(folder, settings, toml, hashes, JOINTS)
+    covered = (max(float(imu.time[0]) for imu in imus), min(float(imu.time[-1]) for imu in imus))
+    gps = _read_gps(folder, settings, toml, hashes, JOINTS, covered)
     if gps is None:
         raise InputError(toml, "[gps]", "the table is missing", "few sensors also need fixes: add [gps]")
     notices += gps.notes
@@ -409,8 +410,14 @@ def _read_motion(folder: Path, settings: Settings, toml: Path, hashes: dict[str,
 
 
 def _read_gps(
-    folder: Path, settings: Settings, toml: Path, hashes: dict[str, str], joints: tuple[str, ...]
+    folder: Path,
+    settings: Settings,
+    toml: Path,
+    hashes: dict[str, str],
+    joints: tuple[str, ...],
+    covered: tuple[float, float],
 ) -> Gps | None:
+    """Read ``[gps]``; ``covered`` (s) is the stretch that motion capture or sensors cover."""
     if "gps" not in settings:
         return None
     table = table_of(settings, "gps", toml)
@@ -427,6 +434,7 @@ def _read_gps(
         offset=np.array(vector_of(table, "offset_m", toml, "[gps]", limit=1.0)),
         sigma=numbers.get("sigma"),
         time_offset=numbers.get("time_offset", 0.0),
+        covered=covered,
     )
     if "height_sigma" not in numbers:
         return gps
