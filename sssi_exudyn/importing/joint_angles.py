@@ -32,8 +32,8 @@ _PELVIS: Final = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
 _KNEES: Final = ("knee_angle_r", "knee_angle_l")
 _HIPS: Final = ("hip_flexion_r", "hip_flexion_l")
 _LEAST_BENT: Final = float(np.pi)
-"""Angle (of whatever unit) between the largest of a skier's legs in radians, and in degrees: no knee bends by π rad, and
-one of the hips and knees always bends by more than 3°.
+"""Angle (of whatever unit) between the largest of a skier's legs in radians, and in degrees: no knee bends by π rad,
+and one of the hips and knees always bends by more than 3°.
 """
 _NEEDED: Final = (
     *_PELVIS,

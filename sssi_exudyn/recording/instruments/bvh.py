@@ -40,7 +40,7 @@ _XSENS: Final = {
 }  # fmt: skip
 """Names of a recording's joints by the names that Xsens MVN writes."""
 _LONGEST_BONE: Final = 1000.0
-"""Largest distance between two joints, m, whatever the unit; ``crosscheck`` judges bones by the skier's height."""
+"""Largest distance between two joints, m, whatever the unit; ``cross_checks`` judge bones by the skier's height."""
 _FARTHEST: Final = 1e5
 """Largest distance of a capture's root from the origin, m."""
 _LARGEST_ANGLE: Final = 1e5
@@ -52,8 +52,8 @@ _FASTEST_JOINT: Final = float(np.deg2rad(1000.0))
 _CUT: Final = 0.1
 """Largest share of the announced frames that may be missing at the end."""
 _LEAST_BENT, _MOST_BENT, _LEAST_SWING = 0.5, float(np.pi), 0.3
-"""Range of the largest angle of a skier's legs, and least swing of one, where they are in radians.  In degrees such legs
-would never bend."""
+"""Range of the largest angle of a skier's legs, and least swing of one, where they are in radians.  In degrees such
+legs would never bend."""
 
 _FRAME_TIME: Final = (0.0005, 0.05)
 """Shortest and longest plausible frame time, s: 20 Hz is the lowest rate that still carries the filter's 6 Hz."""
