@@ -19,7 +19,7 @@ Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 WRONG: Final = 0.25
 """Largest share of records that contradict the others; beyond it, it is unclear which of them are wrong."""
-UNKNOWN: Final = 0.9
+UNKNOWN: Final = 0.95
 """Largest share of records in which the instrument itself marks a value as unknown, as a watch does indoors."""
 
 REPEATED: Final = 0.6
@@ -36,7 +36,7 @@ class Repairs:
     Examples
     --------
     >>> repairs = Repairs(path)
-    >>> repairs.add("fix(es) without a height left out", ["line 7"], 900)
+    >>> repairs.add("fix(es) without a height", ["line 7"], 900)
     >>> repairs.notes
     ('run.csv: 1 of 900 fix(es) without a height left out (first: line 7)',)
     """
@@ -46,15 +46,23 @@ class Repairs:
         self._notes: list[str] = []
 
     def add(
-        self, words: str, places: Sequence[str], total: int, *, most: float = WRONG, fix: str = "export the file again"
+        self,
+        what: str,
+        places: Sequence[str],
+        total: int,
+        *,
+        done: str = "left out",
+        most: float = WRONG,
+        fix: str = "export the file again",
     ) -> None:
         """Note a repair of the records at ``places``; nothing is noted where there are none.
 
         Parameters
         ----------
-        words : what the records are and what is done with them
+        what : the records, in words
         places : each record's place in the file, in order
         total : number of records in the file
+        done : what is done with them
         most : largest share of ``total`` that may be repaired
         fix : what the user can do beyond that share
 
@@ -63,21 +71,22 @@ class Repairs:
         if not places:
             return
         if len(places) > most * total:
-            problem = f"{len(places)} of {total} {words}; more than {100.0 * most:.0f} % is too much to repair"
+            problem = f"{len(places)} of {total} {what}, more than the {100.0 * most:.0f} % that are repaired"
             raise InputError(self.path, places[0], problem, fix)
-        self._notes.append(f"{self.path.name}: {len(places)} of {total} {words} (first: {places[0]})")
+        self._notes.append(f"{self.path.name}: {len(places)} of {total} {what} {done} (first: {places[0]})")
 
     def add_at(
         self,
-        words: str,
+        what: str,
         bad: Mask,
         places: Sequence[str],
         *,
+        done: str = "left out",
         most: float = WRONG,
         fix: str = "export the file again",
     ) -> None:
         """Note a repair of the records that are ``bad`` (n,); ``places`` (n) and the rest are as in ``add``."""
-        self.add(words, [places[row] for row in np.flatnonzero(bad)], len(bad), most=most, fix=fix)
+        self.add(what, [places[row] for row in np.flatnonzero(bad)], len(bad), done=done, most=most, fix=fix)
 
     def add_all(self, words: str) -> None:
         """Note a repair of the whole file."""

@@ -146,7 +146,7 @@ def good_rows(
     values[~np.isfinite(values)] = np.nan
     good = np.array(whole) & np.all(np.isfinite(values[:, needed]), axis=1)
     places = tuple(f"line {number}" for number, _ in rows)
-    repairs.add_at("line(s) that are torn or hold no number in a needed column left out", ~good, places)
+    repairs.add_at("line(s) that are torn or hold no number in a needed column", ~good, places)
     return values[good], tuple(number for (number, _), keep in zip(rows, good.tolist(), strict=True) if keep)
 
 
@@ -157,7 +157,7 @@ def in_order(table: Table) -> Table:
     """
     repairs, kept = Repairs(table.file), rising_records(table.columns["time_s"])
     fix = "sort and export the file again"
-    repairs.add_at("line(s) whose time stands still or runs back left out", ~kept, table.places, most=REPEATED, fix=fix)
+    repairs.add_at("line(s) whose time stands still or runs back", ~kept, table.places, most=REPEATED, fix=fix)
     return replace(table.rows(kept), notes=table.notes + repairs.notes)
 
 
@@ -206,8 +206,9 @@ def _is_number(word: str) -> bool:
 
 
 def _number(word: str) -> float:
+    """Return the number of a cell, which may stand in quotes; NaN for anything else."""
     try:
-        return np.nan if "_" in word else float(word)
+        return np.nan if "_" in word else float(word.strip().strip('"'))
     except ValueError:
         return np.nan
 

@@ -41,8 +41,8 @@ _HIGHEST: Final = 9000.0
 
 Sample = Callable[[Array, Array, int], Array]
 """Function that returns heights (n,) m over the file's own datum at latitudes and longitudes (n,) in degrees (WGS84).
-Between cells the heights are a cubic spline, through smoothed ones where the file has whole numbers.  Its last argument is the number of first places that must be covered;
-the others take the nearest cell's height beyond the border.
+Between cells the heights are a cubic spline, through smoothed ones where the file has whole numbers.  Its last argument
+is the number of first places that must be covered; the others take the nearest cell's height beyond the border.
 """
 
 

@@ -22,14 +22,22 @@ _MOST: Final = 400
 _FEWEST: Final = 8
 _COVERED: Final = 0.7
 """Share of the fixes that has to lie within the motion for a pair of rate and offset to count."""
-_LEAST_TURNED: Final = float(np.deg2rad(10.0))
+_SKID: Final = (-0.12, 0.0)
+"""Range of the angle by which skis point out of their course, clockwise, rad for each m/s² of acceleration to the left:
+-0.11 in a wedge, -0.01 where they carve.
+"""
+_LEAST_TURNED: Final = float(np.deg2rad(8.0))
 """Standard deviation of the course, rad, below which a run has no turns to compare."""
-_EXPLAINED: Final = 0.3
+EXPLAINED: Final = 0.3
 """Share of the skis' turning that may be left unexplained where the clocks agree."""
+_AS_GOOD: Final = 2.0
+"""Ratio to the least that is left within which two offsets are as good."""
+_TURN: Final = 0.5
+"""Distance of two offsets, s, between which no turn lies."""
 _BETTER: Final = 3.0
 """Ratio of what is left with the clocks as they are to what the best clocks leave, from which on these are believed."""
 _LEAST_RATE: Final = 0.03
-_LEAST_OFFSET: Final = 0.6
+LEAST_OFFSET: Final = 0.6
 """Smallest errors of rate and offset (s) that are reported: skis turn up to 0.25 s before the course."""
 
 
@@ -61,11 +69,11 @@ class TurningPace:
             return ()
         path = evidence.files["motion"]
         off_pace = abs(np.log(pace.rate)) > _LEAST_RATE and pace.with_rate * _BETTER < pace.with_offset
-        if off_pace and pace.with_rate < _EXPLAINED:
+        if off_pace and pace.with_rate < EXPLAINED:
             problem = f"motion and fixes do not turn at the same pace: the best factor of its time is {pace.rate:.2f}"
             return (Finding(path, "", problem, "check the frame rate (Frame Time) and the fixes' times"),)
-        late = abs(pace.offset) > _LEAST_OFFSET and pace.with_offset * _BETTER < pace.as_is
-        if late and pace.with_offset < _EXPLAINED:
+        late = abs(pace.offset) > LEAST_OFFSET and pace.with_offset * _BETTER < pace.as_is
+        if late and pace.with_offset < EXPLAINED:
             words = "later" if pace.offset > 0.0 else "earlier"
             problem = f"the skis turn like the track {abs(pace.offset):.1f} s {words} than by the clocks"
             return (Finding(path, "", problem, f"check time_offset_s: add {pace.offset:+.1f} s to that of [motion]"),)
@@ -86,7 +94,10 @@ def pace_of_turns(evidence: Evidence) -> Pace | None:
     skis, time = direction_of_skis(bvh), bvh.time
     none = int(np.argmin(np.abs(_RATES - 1.0)))
     left = np.array([_left(track, time, skis, float(rate), offsets) for rate in _RATES])
-    best = int(np.argmin(left[none]))
+    # even turns fit again a turn later: the smallest offset of about the best ones is meant
+    near = np.flatnonzero(left[none] <= _AS_GOOD * np.min(left[none]))
+    around = np.abs(offsets - offsets[near[np.argmin(np.abs(offsets[near]))]]) <= _TURN
+    best = int(np.argmin(np.where(around, left[none], np.inf)))
     rate, _ = np.unravel_index(int(np.argmin(left)), left.shape)
     return Pace(
         as_is=float(left[none, int(np.argmin(np.abs(offsets)))]),
@@ -100,19 +111,24 @@ def pace_of_turns(evidence: Evidence) -> Pace | None:
 def _left(track: TrackTurning, time: Array, skis: Array, rate: float, offsets: Array) -> Array:
     """Return the share of the skis' turning that the track leaves unexplained, for each of the offsets (m,).
 
-    Skis skid: they turn more than the course, and across it as the track accelerates.  So their direction is regressed
-    on the course and the sideways acceleration.
+    Skis skid: they turn farther than the course, and into the turn as the track accelerates.  So their direction is
+    regressed on the course and on the sideways acceleration, within what skidding does (``_SKID``); without these
+    bounds, even turns would be explained at any offset.
     """
     at = time[0] + (track.time[None, :] - time[0] - offsets[:, None]) / rate
     inside = ((at >= time[0]) & (at <= time[-1])).astype(float)
     count = np.maximum(np.sum(inside, axis=1), 1.0)
-    turned = np.interp(at, time, skis)
-    turned = inside * (turned - (np.sum(inside * turned, axis=1) / count)[:, None])
-    columns = np.stack([np.ones(len(track.time)), track.course - np.mean(track.course), track.to_left], axis=1)
-    normal = np.einsum("mn,ni,nj->mij", inside, columns, columns)
-    normal += 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    projected = turned @ columns
-    fitted = np.linalg.solve(normal, projected[..., None])[..., 0]
-    explained = np.sum(fitted * projected, axis=1) / np.maximum(np.sum(turned**2, axis=1), 1e-12)
-    usable = (count >= _COVERED * len(track.time)) & (fitted[:, 1] > 0.0)  # skis turn with the course, not against it
-    return np.where(usable, 1.0 - explained, 1.0)
+
+    def centred(values: Array) -> Array:
+        return np.asarray(inside * (values - (np.sum(inside * values, axis=1) / count)[:, None]))
+
+    turned = centred(np.interp(at, time, skis))
+    course = centred(np.broadcast_to(track.course, inside.shape))
+    pull = centred(np.broadcast_to(track.to_left, inside.shape))
+    cc, ca, aa = (np.sum(one * two, axis=1) for one, two in ((course, course), (course, pull), (pull, pull)))
+    tc, ta, tt = (np.sum(turned * other, axis=1) for other in (course, pull, turned))
+    skid = np.clip((ta * cc - tc * ca) / np.maximum(aa * cc - ca**2, 1e-12), *_SKID)
+    gain = np.maximum((tc - skid * ca) / np.maximum(cc, 1e-12), 0.0)  # skis turn with the course, not against it
+    left = tt - 2.0 * (gain * tc + skid * ta) + gain**2 * cc + 2.0 * gain * skid * ca + skid**2 * aa
+    share = left / np.maximum(tt, 1e-12)
+    return np.where(count >= _COVERED * len(track.time), share, 1.0)

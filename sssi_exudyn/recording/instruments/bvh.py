@@ -217,7 +217,9 @@ def _moving_frames(repairs: Repairs, bvh: Bvh, zero: Mask) -> Bvh:
     if not np.any(lost):
         return bvh
     places = [f"frame {number}" for number in range(1, len(lost) + 1)]
-    repairs.add_at("frame(s) without movement (T-pose or zeros) not used", lost, places, fix="export the motion again")
+    repairs.add_at(
+        "frame(s) without movement (T-pose or zeros)", lost, places, done="not used", fix="export the motion again"
+    )
     known = np.flatnonzero(~lost)
     longest = int(np.max(np.diff(known)))
     if longest * float(bvh.time[1] - bvh.time[0]) > SHORT_GAP:

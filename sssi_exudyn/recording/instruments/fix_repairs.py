@@ -30,7 +30,7 @@ _STANDING: Final = 1.0
 """Speed, m/s, below which a receiver has no course."""
 _MOSTLY: Final = 0.25
 """Share of values that are neither known nor near a known one, from which on a column is left out."""
-_DEGREE: Final = 111_200.0
+DEGREE: Final = 111_200.0
 """Length of a degree of latitude, m."""
 
 
@@ -47,7 +47,7 @@ def repaired(path: Path, fixes: Fixes, sigma: float | None) -> Fixes:
     fixes = _keep(fixes, _placed(repairs, fixes))
     rising = rising_records(fixes.columns["time_s"])
     fix = "sort and export the file again"
-    words = "fix(es) whose time stands still or runs back left out"
+    words = "fix(es) whose time stands still or runs back"
     repairs.add_at(words, ~rising, fixes.places, most=REPEATED, fix=fix)
     fixes = _keep(fixes, rising)
     fixes = _keep(fixes, _exact(repairs, fixes))
@@ -70,14 +70,14 @@ def _placed(repairs: Repairs, fixes: Fixes) -> Mask:
     """Return which fixes have a place on Earth and a height.  Many outside it are another unit, judged later."""
     latitude, longitude = fixes.columns["latitude_deg"], fixes.columns["longitude_deg"]
     lost = (latitude == 0.0) & (longitude == 0.0)
-    repairs.add_at("fix(es) at latitude and longitude 0 left out", lost, fixes.places, most=UNKNOWN)
+    repairs.add_at("fix(es) at latitude and longitude 0", lost, fixes.places, most=UNKNOWN)
     outside = (np.abs(latitude) > 90.0) | (np.abs(longitude) > 180.0)
     if np.mean(outside) > _MOSTLY:
         outside = np.zeros(len(latitude), bool)
-    repairs.add_at("fix(es) outside all latitudes and longitudes left out", outside, fixes.places)
+    repairs.add_at("fix(es) outside all latitudes and longitudes", outside, fixes.places)
     flat = np.isnan(fixes.columns["altitude_m"])
     fix = "export the run again, with altitude"
-    repairs.add_at("fix(es) without a height left out", flat & ~lost & ~outside, fixes.places, most=UNKNOWN, fix=fix)
+    repairs.add_at("fix(es) without a height", flat & ~lost & ~outside, fixes.places, most=UNKNOWN, fix=fix)
     return ~(lost | outside | flat)
 
 
@@ -89,7 +89,7 @@ def _exact(repairs: Repairs, fixes: Fixes) -> Mask:
     useless = ~((sigma > 0.0) & (sigma <= WORST))
     if np.all(useless):  # another unit, or a receiver that never knows it
         useless[:] = False
-    words = "fix(es) of poor or unknown accuracy left out"
+    words = "fix(es) of poor or unknown accuracy"
     repairs.add_at(words, useless, fixes.places, most=UNKNOWN, fix="record again in the open")
     return ~useless
 
@@ -99,7 +99,7 @@ def _flat(fixes: Fixes) -> Array:
     latitude = fixes.columns["latitude_deg"]
     longitude = np.unwrap(fixes.columns["longitude_deg"], period=360.0)
     shrunk = np.cos(np.radians(np.clip(np.median(latitude), -89.0, 89.0)))
-    return _DEGREE * np.stack([latitude - latitude[0], shrunk * (longitude - longitude[0])], axis=1)
+    return DEGREE * np.stack([latitude - latitude[0], shrunk * (longitude - longitude[0])], axis=1)
 
 
 def _sigma(fixes: Fixes, sigma: float | None) -> Array:
@@ -113,7 +113,7 @@ def _reached(repairs: Repairs, fixes: Fixes, sigma: float | None) -> Mask:
     """Return which fixes a skier reaches from the others."""
     noise = _NOISE * _sigma(fixes, sigma)
     kept = reachable_records(fixes.columns["time_s"], _flat(fixes), FASTEST, noise)
-    words = "fix(es) to which no skier jumps from the others left out"
+    words = "fix(es) to which no skier jumps from the others"
     fix = "give time in seconds and places in degrees, or export the run alone"
     repairs.add_at(words, ~kept, fixes.places, fix=fix)
     return kept
@@ -130,7 +130,7 @@ def _fresh(repairs: Repairs, fixes: Fixes) -> Mask:
     often = np.diff(np.flatnonzero(np.r_[fresh, True]))
     if np.count_nonzero(fresh) < 3 or np.median(often) < 2.0:
         return np.ones(len(fresh), bool)
-    repairs.add_at("fix(es) that repeat the one before left out", ~fresh, fixes.places, most=1.0)
+    repairs.add_at("fix(es) that repeat the one before", ~fresh, fixes.places, most=1.0)
     return np.asarray(fresh)
 
 
@@ -139,8 +139,8 @@ def _with_heights(repairs: Repairs, fixes: Fixes, sigma: float | None) -> Fixes:
     time, height = fixes.columns["time_s"], fixes.columns["altitude_m"]
     noise = np.maximum(1.5 * _NOISE * _sigma(fixes, sigma), _HEIGHT_NOISE)
     right = reachable_records(time, height[:, None], _FASTEST_DOWN, noise)
-    words = "height(s) that no skier reaches from the others not used"
-    repairs.add_at(words, ~right, fixes.places, fix="correct altitude_m, or export it again")
+    words = "height(s) that no skier reaches from the others"
+    repairs.add_at(words, ~right, fixes.places, done="not used", fix="correct altitude_m, or export it again")
     if np.all(right):
         return fixes
     known = np.flatnonzero(right)
@@ -179,8 +179,8 @@ def _with_velocity(repairs: Repairs, fixes: Fixes) -> Fixes:
         near = _near(time, known) | still
         far = ~known & ~near
         if not np.any(known) or np.mean(far) > _MOSTLY:
-            words = f"fix(es) without {name}: the column is left out"
-            repairs.add_at(words, ~known, fixes.places, most=1.0)
+            done = "found, the column is left out"
+            repairs.add_at(f"fix(es) without {name}", ~known, fixes.places, done=done, most=1.0)
             del columns[name]
             continue
         values = np.where(far, estimate, columns[name])
@@ -190,8 +190,8 @@ def _with_velocity(repairs: Repairs, fixes: Fixes) -> Fixes:
         columns[name] = np.interp(time, time[given], values[given])
         if name == "course_deg":
             columns[name] %= 360.0
-        words = f"fix(es) without {name}, which is completed from the others and the track"
-        repairs.add_at(words, ~known, fixes.places, most=1.0)
+        done = "completed from the others and the track"
+        repairs.add_at(f"fix(es) without {name}", ~known, fixes.places, done=done, most=1.0)
     return replace(fixes, columns=columns)
 
 

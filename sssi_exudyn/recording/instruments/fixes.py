@@ -204,7 +204,7 @@ def fixes_of_rows(
         ("height", np.all(known[:, :3], axis=1) & ~known[:, 3]),
     ):
         fix = f"export the run again, with the {name} of every record"
-        repairs.add_at(f"{records} without a {name} left out", lost, places, most=UNKNOWN, fix=fix)
+        repairs.add_at(f"{records} without a {name}", lost, places, most=UNKNOWN, fix=fix)
     whole = np.all(known, axis=1)
     columns = {"time_s": values[whole, 0] - zero}
     for name, column in zip((*REQUIRED[1:], *OPTIONAL), values.T[1:], strict=False):

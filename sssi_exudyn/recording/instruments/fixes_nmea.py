@@ -74,9 +74,9 @@ def fixes_nmea(path: Path) -> Fixes:
             log.torn.append(f"line {number}")
     repairs = Repairs(path)
     fix = "record again with a lower rate or faster port"
-    repairs.add("sentence(s) that are torn left out", log.torn, log.sentences, most=_TORN, fix=fix)
+    repairs.add("sentence(s) that are torn", log.torn, log.sentences, most=_TORN, fix=fix)
     for words, places in (("without a fix", log.without_fix), ("marked as not exact", log.poor)):
-        repairs.add(f"sentence(s) {words} left out", places, log.sentences, most=UNKNOWN)
+        repairs.add(f"sentence(s) {words}", places, log.sentences, most=UNKNOWN)
     if len(log.moments) < 3:
         raise InputError(
             path, "", f"{len(log.moments)} GGA sentences with a fix are no recording", "log GGA (and RMC) of the run"

@@ -18,7 +18,7 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.bounds import MAX_FIXES, MAX_RATE, check_samples
 from sssi_exudyn.io.table import SHORT_GAP, Clock, bridge_gaps
-from sssi_exudyn.recording.instruments.fix_repairs import FASTEST, repaired
+from sssi_exudyn.recording.instruments.fix_repairs import DEGREE, FASTEST, repaired
 from sssi_exudyn.recording.instruments.fixes import Fixes, fixes_csv, fixes_gpx
 from sssi_exudyn.recording.instruments.fixes_fit import fixes_fit
 from sssi_exudyn.recording.instruments.fixes_nmea import fixes_nmea
@@ -29,6 +29,10 @@ _BOUNDS: Final = {
     "course_deg": (-360.0, 360.0),
     "sigma_m": (1e-4, 100.0),
 }
+_DECIMALS: Final = range(3, 8)
+"""Decimals of degrees at which places are rounded noticeably: 110 m to 1 cm."""
+_ROUNDED: Final = 0.3
+"""Error by rounding over the standard deviation of a fix, from which on it counts."""
 _LEVEL: Final = 2.0
 """Difference of heights, m, within which a part of a track counts as level."""
 _TURN_ACCELERATION: Final = 5.0
@@ -187,6 +191,7 @@ def gps_from_fixes(
             path, "", "the standard deviation of a fix is not given", "give sigma_m in [gps], e.g. 0.02 for RTK"
         )
     _check_travel(path, columns, enu)
+    spread, coarse = _with_rounding(path, columns, spread)
 
     def descent(part: slice) -> float:
         return _descent(columns["time_s"][part] + time_offset, enu[part, 2], covered)
@@ -208,7 +213,7 @@ def gps_from_fixes(
         offset=np.asarray(offset, dtype=float),
         speed=None if speed is None else _linear(clock, speed[keep]),
         course=None if turned is None else _linear(clock, turned),
-        notes=fixes.notes + clock.notes,
+        notes=fixes.notes + coarse + clock.notes,
     )
 
 
@@ -263,6 +268,19 @@ def _check_rate(path: Path, time: Array, places: tuple[str, ...]) -> None:
             f"{crowd[first]} fixes follow in one second",
             "give time in seconds, at the rate of the receiver",
         )
+
+
+def _with_rounding(path: Path, columns: dict[str, Array], sigma: Array) -> tuple[Array, tuple[str, ...]]:
+    """Widen the standard deviations (n,) m of fixes whose degrees have few decimals, and say so where it matters."""
+    for digits in _DECIMALS:
+        scaled = 10.0**digits * np.stack([columns["latitude_deg"], columns["longitude_deg"]])
+        if np.all(np.abs(scaled - np.round(scaled)) < 1e-4):
+            error = DEGREE * 10.0**-digits / np.sqrt(12.0)  # of a place that is rounded to a step
+            if error < _ROUNDED * float(np.median(sigma)):
+                break
+            words = f"{path.name}: degrees have {digits} decimals only; fixes are taken as {error:.2g} m less exact"
+            return np.hypot(sigma, error), (words,)
+    return sigma, ()
 
 
 def _descent(time: Array, height: Array, covered: tuple[float, float] | None) -> float:

@@ -180,7 +180,7 @@ def _without_spikes(table: Table) -> Table:
     if np.mean(spikes) > _SPIKES:
         return table
     repairs = Repairs(table.file)
-    repairs.add_at(f"line(s) with a rate beyond {_FASTEST_RATE:g} rad/s left out", spikes, table.places)
+    repairs.add_at(f"line(s) with a rate beyond {_FASTEST_RATE:g} rad/s", spikes, table.places)
     return replace(table.rows(~spikes), notes=table.notes + repairs.notes)
 
 
