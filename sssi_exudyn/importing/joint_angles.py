@@ -86,7 +86,7 @@ def read_joint_angles(path: Path, height: float | None) -> Bvh:
     in_degrees = _in_degrees(path, written)
     scale = np.pi / 180.0 if in_degrees else 1.0
     angles = {name: scale * column for name, column in written.items()}
-    done = ()
+    done: tuple[str, ...] = ()
     if in_degrees != table.in_degrees:
         said, used = ("degrees", "radians") if table.in_degrees else ("radians", "degrees")
         done = (f"{path.name}: by its header angles are in {said}, but a skier's legs turn like that in {used} only",)

@@ -86,7 +86,7 @@ class Repairs:
         fix: str = "export the file again",
     ) -> None:
         """Note a repair of the records that are ``bad`` (n,); ``places`` (n) and the rest are as in ``add``."""
-        self.add(what, [places[row] for row in np.flatnonzero(bad)], len(bad), done=done, most=most, fix=fix)
+        self.add(what, [places[row] for row in np.flatnonzero(bad).tolist()], len(bad), done=done, most=most, fix=fix)
 
     def add_all(self, words: str) -> None:
         """Note a repair of the whole file."""

@@ -78,7 +78,7 @@ def _placed(repairs: Repairs, fixes: Fixes) -> Mask:
     flat = np.isnan(fixes.columns["altitude_m"])
     fix = "export the run again, with altitude"
     repairs.add_at("fix(es) without a height", flat & ~lost & ~outside, fixes.places, most=UNKNOWN, fix=fix)
-    return ~(lost | outside | flat)
+    return np.asarray(~(lost | outside | flat))
 
 
 def _exact(repairs: Repairs, fixes: Fixes) -> Mask:
@@ -204,7 +204,7 @@ def _known(name: str, values: Array) -> Mask:
     signed = np.any(finite & (values < 0.0) & (values != -1.0) & (values >= -360.0))
     odd = finite & (np.abs(values) > 360.0)
     unknown = odd if np.mean(odd) <= _MOSTLY else np.zeros(len(values), bool)
-    return finite & ~unknown & (signed | (values != -1.0))
+    return np.asarray(finite & ~unknown & (signed | (values != -1.0)))
 
 
 def _near(time: Array, known: Mask) -> Mask:
