@@ -23,7 +23,7 @@ from sssi_exudyn.importing.assemble import import_recording
 from sssi_exudyn.recording import read
 from sssi_exudyn.recording.cross_checks.check import Check, Evidence, hold_against_each_other
 from sssi_exudyn.recording.cross_checks.loaded_foot import load_correlation
-from sssi_exudyn.recording.cross_checks.sensor_turning import turning_correlations
+from sssi_exudyn.recording.cross_checks.sensor_turning import evidence_of_turned, turning_lags
 from sssi_exudyn.recording.cross_checks.turning_pace import pace_of_turns
 from sssi_exudyn.recording.recording import FILE
 
@@ -40,10 +40,12 @@ class Listener:
     def __call__(self, evidence: Evidence, checks: Sequence[Check]) -> tuple[Evidence, tuple[str, ...]]:
         """Apply the checks as the reader does."""
         for imu in evidence.imus:
-            if evidence.gps is not None and imu.force is not None:
-                as_is, turned = turning_correlations(imu, evidence.gps)
+            lags = None if evidence.gps is None or imu.force is None else turning_lags(imu, evidence.gps)
+            if evidence.gps is not None and lags is not None:
+                turns = f"turns with {lags[0].correlation:.2f}, turned over {lags[1].correlation:.2f}"
+                better = evidence_of_turned(imu, evidence.gps, *lags)
                 size = float(np.sqrt(np.mean(np.sum(imu.rate**2, axis=1))))
-                self.figures.append(f"{imu.place}: turns with {as_is:.2f}, turned over {turned:.2f}, {size:.1f} rad/s")
+                self.figures.append(f"{imu.place}: {turns}, evidence {better:.1f}, {size:.1f} rad/s")
         pace = pace_of_turns(evidence)
         if pace is not None:
             left = f"{pace.as_is:.3f}, {pace.with_offset:.3f} at {pace.offset:+.1f} s"

@@ -84,7 +84,7 @@ FAULTS: dict[str, tuple[Callable[[str], str], str]] = {
     "text": (lambda t: t[:-5] + "x\n", "not a number"),
     "nan": (lambda t: t.replace("\t" + t.split("\t")[-1], "\tnan\n"), "not a number"),
     "beyond all angles": (lambda t: t.replace("\n0.05\t", "\n0.05\t99"), "beyond three turns"),
-    "time stands still": (lambda t: t.replace("\n0.05\t", "\n0.03333333333\t"), "time stands still"),
+    "time stands still": (lambda t: t.replace("\n0.05\t", "\n0.03333333333333\t"), "time stands still"),
 }
 
 
