@@ -23,7 +23,14 @@ from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.bvh_writer import bvh_text
 from sssi_exudyn.importing.defaults import OF_TELEPHONES, PLACES, UNCERTAIN, USUAL
 from sssi_exudyn.importing.motion_formats import MOTION_READERS, read_motion
-from sssi_exudyn.importing.sensor_logs import PRESSURE, read_logs, split_place, write_pressure, write_sensors
+from sssi_exudyn.importing.sensor_logs import (
+    PRESSURE,
+    covered_by,
+    read_logs,
+    split_place,
+    write_pressure,
+    write_sensors,
+)
 from sssi_exudyn.io.files import read_bytes
 from sssi_exudyn.io.writing import clear_errors, folder_lock
 from sssi_exudyn.recording.instruments.fixes import OPTIONAL, REQUIRED, Fixes
@@ -130,16 +137,19 @@ def _kind(path: Path) -> str:
 
 
 def _write(made: Path, sources: _Sources, answers: Answers) -> None:
-    fixes = None if sources.gps is None else read_fixes(sources.gps)
+    fixes = None if sources.gps is None else read_fixes(sources.gps, answers.gps_sigma_m)
     answers, assumed = _with_usual(answers, sources, fixes)
     began, notes = None, () if fixes is None else fixes.notes
+    covered = (0.0, 0.0)
     if sources.motion is not None:
         bvh, began = read_motion(sources.motion, answers.height_m)
         notes += bvh.notes
+        covered = (0.0, float(bvh.time[-1] - bvh.time[0]))
         (made / MOTION).write_text(bvh_text(bvh), encoding="utf-8")
     logs = read_logs(sources.sensors)
     if logs:
         began = logs[0].began
+        covered = covered_by(logs)
         notes += tuple(note for log in logs for note in log.notes)
     _check_answers(sources, fixes, began, answers)
     given = (sources.motion, *(path for _, path in sources.sensors), sources.gps, sources.insoles, sources.poles)
@@ -169,7 +179,7 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
             "fall_line_azimuth_deg": answers.fall_line_deg,
         }
     if fixes is not None and sources.gps is not None:
-        settings["gps"] = _gps_table(sources.gps, fixes, began, answers)
+        settings["gps"] = _gps_table(sources, fixes, began, answers, covered)
         (made / GPS).write_text(_csv(fixes.columns), encoding="utf-8")
     if sources.insoles is not None:
         read_insoles(sources.insoles)  # errors name this file, not the copy
@@ -205,7 +215,7 @@ def _check_answers(sources: _Sources, fixes: Fixes | None, began: float | None, 
         needed += ["slope_deg", "fall_line_deg"]
     if fixes is None:
         needed += ["slope_deg", "fall_line_deg", *(["heading_deg"] if sources.motion else [])]
-    elif not fixes.common_clock and (fixes.began is None or began is None):
+    elif not _common_clock(sources, fixes) and (fixes.began is None or began is None):
         needed.append("gps_offset_s")
     missing = [option_of(name) for name in dict.fromkeys(needed) if getattr(answers, name) is None]
     if missing:
@@ -215,18 +225,29 @@ def _check_answers(sources: _Sources, fixes: Fixes | None, began: float | None, 
         raise InputError(sources.first, "", f"no file holds {', '.join(missing)}", fix)
 
 
-def _gps_table(path: Path, fixes: Fixes, began: float | None, answers: Answers) -> dict[str, Any]:
-    offset = 0.0
+def _gps_table(
+    sources: _Sources, fixes: Fixes, began: float | None, answers: Answers, covered: tuple[float, float]
+) -> dict[str, Any]:
+    """Return ``[gps]``; ``covered`` (s) is the stretch that motion capture or sensors cover."""
+    path, offset = sources.first if sources.gps is None else sources.gps, 0.0
     if answers.gps_offset_s is not None:
         offset = answers.gps_offset_s
-    elif not fixes.common_clock and fixes.began is not None and began is not None:
+    elif not _common_clock(sources, fixes) and fixes.began is not None and began is not None:
         offset = fixes.began - began
         if abs(offset) > _DAY:
             difference = f"by their clocks the fixes begin {offset / _DAY:.4g} days after the capture"
             raise InputError(path, "", difference, "give --gps-offset-s")
     where = np.array(answers.antenna_offset_m)
     # errors name this file and its places, not the copy
-    gps_from_fixes(path, fixes, segment=str(answers.antenna_joint), offset=where, sigma=answers.gps_sigma_m)
+    gps_from_fixes(
+        path,
+        fixes,
+        segment=str(answers.antenna_joint),
+        offset=where,
+        sigma=answers.gps_sigma_m,
+        time_offset=offset,
+        covered=covered,
+    )
     return _without_none(
         {
             "file": GPS,
@@ -236,6 +257,11 @@ def _gps_table(path: Path, fixes: Fixes, began: float | None, answers: Answers) 
             "time_offset_s": round(offset, 6) or None,
         }
     )
+
+
+def _common_clock(sources: _Sources, fixes: Fixes) -> bool:
+    """Return whether fixes count from the same zero as the capture or the sensors."""
+    return fixes.common_clock or (fixes.clock_of_sensors and bool(sources.sensors))
 
 
 def _without_none(table: dict[str, Any]) -> dict[str, Any]:

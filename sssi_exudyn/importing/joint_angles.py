@@ -30,6 +30,11 @@ from sssi_exudyn.recording.instruments.bvh import Bvh
 
 _PELVIS: Final = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
 _KNEES: Final = ("knee_angle_r", "knee_angle_l")
+_HIPS: Final = ("hip_flexion_r", "hip_flexion_l")
+_LEAST_BENT: Final = float(np.pi)
+"""Angle (of whatever unit) between the largest of a skier's legs in radians, and in degrees: no knee bends by π rad,
+and one of the hips and knees always bends by more than 3°.
+"""
 _NEEDED: Final = (
     *_PELVIS,
     *(f"hip_{movement}_{side}" for side, _ in SIDES for movement in ("flexion", "adduction", "rotation")),
@@ -77,20 +82,37 @@ def read_joint_angles(path: Path, height: float | None) -> Bvh:
     values = table.values
     if len(values) < 3 or not np.all(np.isfinite(values)):
         raise InputError(path, "table", "less than three rows, or not all numbers", "export the whole motion")
-    scale = np.pi / 180.0 if table.in_degrees else 1.0
-    angles = {name: scale * values[:, at[name]] for name in COORDINATES if name in at}
+    written = {name: values[:, at[name]] for name in COORDINATES if name in at}
+    in_degrees = _in_degrees(path, written)
+    scale = np.pi / 180.0 if in_degrees else 1.0
+    angles = {name: scale * column for name, column in written.items()}
+    done: tuple[str, ...] = ()
+    if in_degrees != table.in_degrees:
+        said, used = ("degrees", "radians") if table.in_degrees else ("radians", "degrees")
+        done = (f"{path.name}: by its header angles are in {said}, but a skier's legs turn like that in {used} only",)
     worst = max(angles, key=lambda name: float(np.max(np.abs(angles[name]))))
     if np.max(np.abs(angles[worst])) > _LARGEST:
-        raise InputError(
-            path, f"column {worst}", "the angles are beyond three turns", "correct inDegrees in the header"
-        )
+        raise InputError(path, f"column {worst}", "the angles are beyond three turns", "export the angles in degrees")
     time = values[:, 0]
     check_time(path, time, tuple(f"row {row}" for row in range(1, len(time) + 1)))
     q, notes = _chain_coordinates(path, angles, len(time))
     geometry = average_geometry(height)
     poses = forward_kinematics(geometry, q, 0.0)
     rotation = {name: poses.rotation[:, SEGMENT[segment]] for name, segment in _SEGMENT.items()}
-    return capture_of(path, time - time[0], rotation, *_lengths(geometry), notes)
+    return capture_of(path, time - time[0], rotation, *_lengths(geometry), (*done, *notes))
+
+
+def _in_degrees(path: Path, written: dict[str, Array]) -> bool:
+    """Return whether angles are in degrees, by those of hips and knees.
+
+    In degrees a skier's legs bend by more than ``_LEAST_BENT``, in radians by less.  Raises InputError for legs that
+    hardly bend in either unit.
+    """
+    bent = max(float(np.percentile(np.abs(written[name]), 99.0)) for name in (*_KNEES, *_HIPS))
+    if bent < np.radians(_LEAST_BENT):
+        problem = f"hips and knees bend by {bent:.2g} at most: in degrees or radians, that is no skier"
+        raise InputError(path, "column knee_angle_r", problem, "export the coordinates of the run")
+    return bent > _LEAST_BENT
 
 
 def _chain_coordinates(path: Path, angles: dict[str, Array], count: int) -> tuple[Array, tuple[str, ...]]:

@@ -36,11 +36,10 @@ def read_motion(path: Path, height: float | None) -> Read:
 
 def _bvh(path: Path, _height: float | None) -> Read:
     """Read a BVH file with the joint names of Axis Studio, Axis Neuron or Xsens."""
-    names = joint_names(path)
-    renamed = recording_names(names)
+    renamed = recording_names(joint_names(path))
     bvh = read_bvh(path, renamed=renamed)
-    if "Spine3" not in renamed.values():
-        return bvh, None
+    if "Spine3" not in renamed.values() or bvh.time[0] > 0.0:  # the first frame is left out already
+        return replace(bvh, time=bvh.time - bvh.time[0]), None
     note = f"{path.name}: the first frame is left out: Xsens writes the T-pose there"
     return (
         replace(

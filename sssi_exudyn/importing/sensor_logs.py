@@ -20,7 +20,8 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.io.bounds import MAX_COLUMNS, check_samples
 from sssi_exudyn.io.files import read_text
-from sssi_exudyn.io.table import Table, bridge_gaps, check_time, numbers
+from sssi_exudyn.io.repairs import Repairs
+from sssi_exudyn.io.table import Table, bridge_gaps, check_time, good_rows, in_order, numbers
 from sssi_exudyn.recording.instruments.imu import PLACES, check_channels, read_barometer, read_imu
 from sssi_exudyn.recording.instruments.insoles import read_insoles
 
@@ -35,6 +36,8 @@ _NAMES: Final = {
     "Pressure": "pressure_hPa",
     **{written: _FORCE[axis] for axis in "xyz" for written in (f"a{axis}", f"Acceleration {axis}")},
     **{written: _RATE[axis] for axis in "xyz" for written in (f"g{axis}", f"Gyroscope {axis}")},
+    **{f"Acceleration {axis.upper()}": _FORCE[axis] for axis in "xyz"},
+    **{f"Gyroscope {axis.upper()}": _RATE[axis] for axis in "xyz"},
     **{f"q{part}": f"orientation_{part}" for part in "wxyz"},
 }
 _BY_FILE: Final = {"gyro": _RATE, "accel": _FORCE}
@@ -87,6 +90,20 @@ def read_logs(files: Sequence[tuple[str, Path]]) -> list[Log]:
     return list(logs.values())
 
 
+def covered_by(logs: Sequence[Log]) -> tuple[float, float]:
+    """Return the stretch (s) that all sensors cover, on the clock of the first."""
+    ends = []
+    for log in logs:
+        time = log.table.columns["time_s"] + _later(logs[0], log)
+        ends.append((float(time[0]), float(time[-1])))
+    return max(start for start, _ in ends), min(stop for _, stop in ends)
+
+
+def _later(first: Log, log: Log) -> float:
+    """Return by how much (s) a log's zero is later than the first one's; 0 where files do not know it."""
+    return 0.0 if log.began is None or first.began is None else round(log.began - first.began, 3)
+
+
 def write_sensors(logs: Sequence[Log], folder: Path) -> dict[str, Any]:
     """Write ``sensors/<place>.csv`` for every log into ``folder``.
 
@@ -99,7 +116,7 @@ def write_sensors(logs: Sequence[Log], folder: Path) -> dict[str, Any]:
     for log in logs:
         name = f"sensors/{log.place}.csv"
         _write(folder / name, log.table.columns)
-        later = 0.0 if log.began is None or logs[0].began is None else round(log.began - logs[0].began, 3)
+        later = _later(logs[0], log)
         offset = {"time_offset_s": later} if later else {}
         try:  # errors name the file that was given
             if log.place == BAROMETER:
@@ -172,7 +189,7 @@ def _cells(path: Path) -> list[tuple[int, list[str]]]:
 
 
 def _read_log(place: str, path: Path) -> Log:
-    """Read a logger's table; samples that repeat a time are left out."""
+    """Read a logger's table; torn lines and samples whose time stands still or runs back are left out and noted."""
     lines = _cells(path)
     header = [name.strip().strip('"') for name in lines[0][1]]
     names = [_channel(path, name) for name in header]
@@ -180,31 +197,31 @@ def _read_log(place: str, path: Path) -> Log:
     if "time_s" not in names or len(used) < 2:
         listed = ", ".join(header)
         raise InputError(path, "header", f"no time and channels among {listed}", "name them t_s, ax … az, gx … gz")
-    for number, words in lines:
-        if len(words) != len(names):
-            raise InputError(
-                path, f"line {number}", f"{len(words)} values where {len(names)} are due", "export it again"
-            )
     clock = header.index("time") if "seconds_elapsed" in header and "time" in header else None
     kept = used if clock is None else [*used, clock]
-    values = numbers(path, [(number, ",".join(words[i] for i in kept)) for number, words in lines[1:]], len(kept), ",")
+    repairs = Repairs(path)
+    rows = [(number, ",".join(words)) for number, words in lines[1:]]
+    values, at = good_rows(repairs, rows, len(names), kept, () if clock is None else (clock,))
+    if len(at) < 3:
+        raise InputError(path, "", f"{len(at)} samples are no recording", "export the whole run")
     columns = {names[column]: values[:, i] for i, column in enumerate(used)}
-    began = None if clock is None else float(1e-9 * values[0, -1] - columns["time_s"][0])  # ns since 1970
-    fresh = np.r_[True, np.diff(columns["time_s"]) != 0.0]
+    began = None
+    if clock is not None and np.any(np.isfinite(values[:, -1])):
+        first = int(np.argmax(np.isfinite(values[:, -1])))
+        began = float(1e-9 * values[first, -1] - columns["time_s"][first])  # ns since 1970
     if "pressure_hPa" in columns:
         columns["pressure_Pa"] = 100.0 * columns.pop("pressure_hPa")
-    at = tuple(number for (number, _), keep in zip(lines[1:], fresh, strict=True) if keep)
-    table = Table(path, {name: column[fresh] for name, column in columns.items()}, at)
-    check_time(path, table.columns["time_s"], tuple(f"line {number}" for number in at))
+    table = in_order(Table(path, columns, at, notes=repairs.notes))
     check_channels(table)
-    return Log(place, table, began)
+    return Log(place, table, began, table.notes)
 
 
 def _channel(path: Path, written: str) -> str:
     """Return a recording's name for a column, or the written name; raises InputError for another unit."""
     name, _, unit = (part.strip(" )") for part in written.partition("("))
     axes = [of for word, of in _BY_FILE.items() if word in path.stem.lower()]
-    channel = axes[0][name] if len(axes) == 1 and name in axes[0] else _NAMES.get(name, name)
+    axis = name.lower()
+    channel = axes[0][axis] if len(axes) == 1 and axis in axes[0] else _NAMES.get(name, name)
     units = _UNITS.get(channel if channel == "time_s" else channel.partition("_")[0])
     if channel.startswith(_CHANNELS) and unit and units is not None and unit not in units:
         raise InputError(path, f"header, {name}", f"its unit is {unit!r}", f"convert it to {units[0]}")
@@ -241,7 +258,8 @@ def _together(one: Log, other: Log) -> Log:
     for name in _FORCE.values():
         columns[name] = np.interp(columns["time_s"], time, forces.columns[name][clock.keep])
     lines = tuple(line for line, keep in zip(rates.lines, inside, strict=True) if keep)
-    return Log(one.place, Table(rates.file, columns, lines), first.began, clock.notes)
+    notes = (*one.notes, *other.notes, *clock.notes)
+    return Log(one.place, Table(rates.file, columns, lines), first.began, notes)
 
 
 def _write(path: Path, columns: dict[str, Array]) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Final
 from xml.etree.ElementTree import Element, ParseError
 
 from defusedxml import DefusedXmlException
@@ -16,6 +16,13 @@ from defusedxml.ElementTree import iterparse
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.bounds import MAX_ELEMENTS, MAX_MARKUP, MAX_NESTING, MAX_XML
 from sssi_exudyn.io.files import open_regular
+
+_TORN: Final = (3, 5)
+"""Expat's codes of a file that ends too early: no element found, unclosed token (pyexpat.errors)."""
+
+
+class TornMarkup(InputError):
+    """An XML file that ends before its elements do, as of a device that stopped; what came before is whole."""
 
 
 class _Guarded:
@@ -54,7 +61,8 @@ def elements(
     Elements named in ``names`` come whole, outermost only, in the order in which they end.  Elements named in ``heads``
     come when they begin, with nothing but their attributes.  An element is valid until the next one is requested.
 
-    Raises InputError for broken XML, a DTD, entities, unknown encodings, and nesting or numbers beyond any capture's.
+    Raises TornMarkup for a file that ends too early.  Raises InputError for other broken XML, a DTD, entities, unknown
+    encodings, and nesting or numbers beyond any capture's.
     """
     depth, count, within = 0, 0, 0
     ancestors: list[Element] = []
@@ -85,7 +93,8 @@ def elements(
     except ParseError as error:
         if count == 0 and not path.stat().st_size:
             raise InputError(path, "", "the file is empty", "export it again") from None
-        raise InputError(path, f"line {error.position[0]}", "broken XML", "export the file again") from None
+        kind = TornMarkup if error.code in _TORN else InputError
+        raise kind(path, f"line {error.position[0]}", "broken XML", "export the file again") from None
     except DefusedXmlException:
         raise InputError(path, "", "a DTD or entities are not accepted", "export the file without them") from None
     except (LookupError, ValueError):  # an unknown encoding

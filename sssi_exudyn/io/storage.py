@@ -58,4 +58,6 @@ def read_storage(path: Path, text: str) -> Storage:
     if not rows or columns[:1] != ("time",):
         raise InputError(path, "table", "no rows, or the first column is not time", "write it again from OpenSim")
     values = numbers(path, rows, len(columns), None)
-    return Storage(lines[0].strip(), columns, values, head.get("indegrees", "no").lower() == "yes")
+    said = any("angles are in degrees" in line.lower() for line in lines[:ends])  # OpenSim before 3, and its analyses
+    in_degrees = head["indegrees"].lower() == "yes" if "indegrees" in head else said
+    return Storage(lines[0].strip(), columns, values, in_degrees)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -12,18 +13,37 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.bounds import MAX_COLUMNS, MAX_NAME, MOST_FILLED, check_samples
 from sssi_exudyn.io.files import read_text
+from sssi_exudyn.io.repairs import REPEATED, Mask, Repairs, rising_records
 
 SHORT_GAP: Final = 1.0
 """Longest gap that is interpolated, s; longer ones split the run.  In this time a skier moves by less than a turn."""
 
+Choose = Callable[[list[str]], tuple[Collection[str], Collection[str]]]
+"""Function of the names of a table's columns; returns those that are needed, and those that may have empty cells."""
+
 
 @dataclass(frozen=True)
 class Table:
-    """The columns of a CSV file by name, and the file's line number of each row."""
+    """The columns of a CSV file by name, and the file's line number of each row.
+
+    unused : names of the columns that were not read;  notes : rows that were left out, in words
+    """
 
     file: Path
     columns: dict[str, Array]
     lines: tuple[int, ...]
+    unused: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Return the place of each row, for messages."""
+        return tuple(f"line {line}" for line in self.lines)
+
+    def rows(self, kept: Mask) -> Table:
+        """Return the table of the rows that are ``kept`` (n,)."""
+        columns = {name: column[kept] for name, column in self.columns.items()}
+        return replace(self, columns=columns, lines=tuple(np.array(self.lines)[kept].tolist()))
 
 
 @dataclass(frozen=True)
@@ -46,14 +66,39 @@ class Clock:
     notes: tuple[str, ...]
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path, choose: Choose | None = None) -> Table:
     """Read a CSV file: one header line of names, commas, decimal points, one sample a line.
 
-    Raises InputError for a missing header, other separators, rows of another length, and text, NaN or nothing in a
-    number's place, each with its line.
+    Parameters
+    ----------
+    choose : function of the header's names that returns the needed columns, and those that may have empty cells (NaN).
+        Other columns may hold text or nothing, and rows without numbers in needed columns are left out and noted.
+        Without it all columns are read, and every row must be whole
+
+    Raises InputError for a missing header, other separators, and more bad rows than ``Repairs`` allows.  Without
+    ``choose`` it raises it for rows of another length, and text, NaN or nothing in a number's place, with the line.
     """
     rows = [(number, line) for number, line in enumerate(read_text(path).split("\n"), 1) if line.strip()]
-    line, header = rows[0]
+    names = _header(path, *rows[0])
+    if len(rows) < 3:
+        raise InputError(path, "", f"{len(rows) - 1} samples are no recording", "export the whole run")
+    if choose is None:
+        values = numbers(path, rows[1:], len(names), ",")
+        return Table(path, dict(zip(names, values.T.copy(), strict=True)), tuple(number for number, _ in rows[1:]))
+    needed, sparse = choose(names)
+    chosen = [column for column, name in enumerate(names) if name in needed or name in sparse]
+    blank = tuple(column for column in chosen if names[column] not in needed)
+    repairs = Repairs(path)
+    values, lines = good_rows(repairs, rows[1:], len(names), chosen, blank)
+    if len(lines) < 2:
+        raise InputError(path, "", f"{len(lines)} samples are no recording", "export the whole run")
+    columns = {names[column]: values[:, i].copy() for i, column in enumerate(chosen)}
+    unused = tuple(name for name in names if name not in columns)
+    return Table(path, columns, lines, unused, repairs.notes)
+
+
+def _header(path: Path, line: int, header: str) -> list[str]:
+    """Return the names of a CSV file's columns.  Raises InputError for a header that names none, or one twice."""
     if header.count(",") >= MAX_COLUMNS:
         raise InputError(path, f"line {line}", "more columns than any instrument has", "export the file again")
     names = [name.strip().strip('"') for name in header.split(",")]
@@ -69,10 +114,51 @@ def read_table(path: Path) -> Table:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise InputError(path, f"line {line}", f"column {twice[0]!r} appears twice", "leave one of them")
-    if len(rows) < 3:
-        raise InputError(path, "", f"{len(rows) - 1} samples are no recording", "export the whole run")
-    values = numbers(path, rows[1:], len(names), ",")
-    return Table(path, dict(zip(names, values.T.copy(), strict=True)), tuple(number for number, _ in rows[1:]))
+    return names
+
+
+def good_rows(
+    repairs: Repairs, rows: list[tuple[int, str]], width: int, chosen: list[int], blank: tuple[int, ...] = ()
+) -> tuple[Array, tuple[int, ...]]:
+    """Read the ``chosen`` columns of comma-separated rows; rows without numbers there are left out and noted.
+
+    Parameters
+    ----------
+    repairs : takes the note
+    rows : (line number, text) of each;  width : number of columns
+    chosen : the columns that are read;  blank : those of them that may be empty, which gives NaN
+
+    Returns the numbers (k, len(chosen)) and the line numbers (k) of the good rows.  Raises InputError where more rows
+    are bad than ``Repairs`` allows, and for more numbers than any run has.
+    """
+    check_samples(repairs.path, "", len(rows), width)
+    whole = [line.count(",") + 1 == width for _, line in rows]
+    try:
+        if not all(whole):
+            raise ValueError
+        values = np.loadtxt((line for _, line in rows), delimiter=",", usecols=chosen, comments=None, ndmin=2)
+    except ValueError:
+        values = np.full((len(rows), len(chosen)), np.nan)
+        for row, (_, line) in enumerate(rows):
+            words = line.split(",") if whole[row] else []
+            values[row] = [_number(words[column]) for column in chosen] if words else np.nan
+    needed = [i for i, column in enumerate(chosen) if column not in blank]
+    values[~np.isfinite(values)] = np.nan
+    good = np.array(whole) & np.all(np.isfinite(values[:, needed]), axis=1)
+    places = tuple(f"line {number}" for number, _ in rows)
+    repairs.add_at("line(s) that are torn or hold no number in a needed column", ~good, places)
+    return values[good], tuple(number for (number, _), keep in zip(rows, good.tolist(), strict=True) if keep)
+
+
+def in_order(table: Table) -> Table:
+    """Return the table with rising ``time_s``: rows whose time stands still or runs back are left out and noted.
+
+    Raises InputError where more of them are out of order than ``Repairs`` allows.
+    """
+    repairs, kept = Repairs(table.file), rising_records(table.columns["time_s"])
+    fix = "sort and export the file again"
+    repairs.add_at("line(s) whose time stands still or runs back", ~kept, table.places, most=REPEATED, fix=fix)
+    return replace(table.rows(kept), notes=table.notes + repairs.notes)
 
 
 def numbers(path: Path, rows: list[tuple[int, str]], width: int, separator: str | None) -> Array:
@@ -119,6 +205,14 @@ def _is_number(word: str) -> bool:
     return "_" not in word
 
 
+def _number(word: str) -> float:
+    """Return the number of a cell, which may stand in quotes; NaN for anything else."""
+    try:
+        return np.nan if "_" in word else float(word.strip().strip('"'))
+    except ValueError:
+        return np.nan
+
+
 def check_time(path: Path, time: Array, places: tuple[str, ...]) -> None:
     """Raise InputError where time stands still or runs back; ``places`` names each sample's place in the file."""
     steps = np.diff(time)
@@ -134,17 +228,18 @@ def check_time(path: Path, time: Array, places: tuple[str, ...]) -> None:
     )
 
 
-def bridge_gaps(path: Path, time: Array, width: int = 1) -> Clock:
+def bridge_gaps(path: Path, time: Array, width: int = 1, merit: Callable[[slice], float] | None = None) -> Clock:
     """Find the gaps in rising ``time`` (n,) s: short ones get new sample times, long ones split the run.
 
     A gap is an interval of more than one and a half median ones.  It is short where up to ``SHORT_GAP`` is missing, or
-    up to two samples of a slow instrument.  The longest part of a split run is kept.
+    up to two samples of a slow instrument.  The best part of a split run is kept, the longest without ``merit``.
 
     Parameters
     ----------
     width : count of numbers in one sample, for the bound on the filled samples
+    merit : function of a part (slice of the samples); the part with the largest is kept, of equal ones the longest
 
-    Raises InputError when the longest part is shorter than ``SHORT_GAP``, and when its gaps would take more samples
+    Raises InputError when that part is shorter than ``SHORT_GAP``, and when its gaps would take more samples
     than any run has.
     """
     steps = np.diff(time)
@@ -153,18 +248,23 @@ def bridge_gaps(path: Path, time: Array, width: int = 1) -> Clock:
     notes: list[str] = []
     cuts = np.flatnonzero(steps > longest_bridge) + 1
     starts, stops = np.r_[0, cuts], np.r_[cuts, len(time)]
-    best = int(np.argmax(time[stops - 1] - time[starts]))
-    keep = slice(int(starts[best]), int(stops[best]))
+    parts = [slice(int(start), int(stop)) for start, stop in zip(starts, stops, strict=True)]
+    lasting = [float(time[part.stop - 1] - time[part.start]) for part in parts]
+    best = max(range(len(parts)), key=lambda i: (0.0 if merit is None else merit(parts[i]), lasting[i]))
+    keep = parts[best]
     kept = time[keep]
     if len(kept) < 3 or kept[-1] - kept[0] < SHORT_GAP:
         raise InputError(
             path, "time_s", f"no stretch of {SHORT_GAP:g} s is without a long gap", "export the run without gaps"
         )
     if len(cuts):
-        where = ", ".join(f"{time[cut - 1]:.2f} to {time[cut]:.2f} s" for cut in cuts[:5])
+        others = [part for part in parts if part != keep]
+        where = ", ".join(f"{time[part.start]:.2f} to {time[part.stop - 1]:.2f} s" for part in others[:5])
+        more = ", …" if len(others) > 5 else ""
+        which = "longest part" if merit is None else "part that the other instruments cover, downhill,"
         notes.append(
-            f"{path.name}: {len(cuts)} gap(s) too long to bridge ({where}) split the run;"
-            f" its longest part, {kept[0]:.2f} to {kept[-1]:.2f} s, is kept"
+            f"{path.name}: {len(cuts)} gap(s) too long to bridge split the run; its {which}"
+            f" {kept[0]:.2f} to {kept[-1]:.2f} s is kept, the others are left out: {where}{more}"
         )
     steps = np.diff(kept)
     holes = np.flatnonzero(steps > 1.5 * usual)

@@ -11,8 +11,8 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import plot_text
-from sssi_exudyn.recording.crosscheck import estimate_slope_and_heading
 from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.recording.slope_and_heading import estimate_slope_and_heading
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -26,15 +26,8 @@ from sssi_exudyn.io.settings import (
     text_of,
     vector_of,
 )
-from sssi_exudyn.recording.crosscheck import (
-    SlopeAndHeading,
-    check_coordinates,
-    check_heading,
-    check_load,
-    check_size,
-    check_slope,
-    estimate_slope_and_heading,
-)
+from sssi_exudyn.recording.cross_checks.catalogue import CHECKS
+from sssi_exudyn.recording.cross_checks.check import Evidence, hold_against_each_other
 from sssi_exudyn.recording.equipment import read_equipped_ski
 from sssi_exudyn.recording.few_sensors.complete import Ground, complete, ground_of, use_barometer_heights
 from sssi_exudyn.recording.few_sensors.posture_model import JOINTS, Body
@@ -56,7 +49,7 @@ from sssi_exudyn.recording.recording import (
     Slope,
 )
 from sssi_exudyn.recording.sensor_tables import read_sensors
-from sssi_exudyn.recording.slope_and_heading import CAPTURE_HEADING_SIGMA
+from sssi_exudyn.recording.slope_and_heading import CAPTURE_HEADING_SIGMA, SlopeAndHeading, estimate_slope_and_heading
 from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.terrain.elevation_model import LARGEST
 
@@ -152,8 +145,7 @@ def _read_alone(folder: Path, settings: Settings) -> Recording:
         return _read_few_sensors(folder, settings, toml, hashes, skier, equipment, given_slope, notices)
     notices += _assumed_boots(settings, toml)
     bvh, given_heading = _read_motion(folder, settings, toml, hashes)
-    check_size(bvh, skier.height, folder / text_of(settings["motion"], "file", toml, "[motion]"))
-    gps = _read_gps(folder, settings, toml, hashes, bvh.names)
+    gps = _read_gps(folder, settings, toml, hashes, bvh.names, (float(bvh.time[0]), float(bvh.time[-1])))
     insoles = _read_insoles(folder, settings, toml, hashes)
     poles = _read_poles(folder, settings, toml, hashes)
     start, stop, cut = _overlap(toml, bvh, gps, insoles)
@@ -161,17 +153,28 @@ def _read_alone(folder: Path, settings: Settings) -> Recording:
     if poles is not None:
         notices += _about_plants(poles)
     if insoles is not None:
-        notices += insoles.notes + check_load(insoles, skier.mass, folder / settings["insoles"]["file"])
+        notices += insoles.notes
     setting = SlopeAndHeading(None, None, ("there is no [gps]",))
     if gps is not None:
         notices += gps.notes
-        gps_path = folder / settings["gps"]["file"]
-        check_coordinates(bvh, gps, equipment.ankle_to_ski_base, gps_path)
         setting = estimate_slope_and_heading(bvh, gps, equipment.ankle_to_ski_base, given_heading)
-        if given_heading is not None:
-            notices += check_heading(given_heading, setting, toml)
-        if given_slope is not None:
-            notices += check_slope(given_slope.inclination, given_slope.fall_line_azimuth, setting, toml, gps_path)
+    elevations = _read_elevations(folder, settings, toml, hashes, gps)
+    evidence = Evidence(
+        toml=toml,
+        skier=skier,
+        equipment=equipment,
+        files=_files(folder, settings),
+        bvh=bvh,
+        gps=gps,
+        insoles=insoles,
+        elevations=elevations,
+        start=start,
+        stop=stop,
+        slope=given_slope,
+        heading=given_heading,
+        setting=setting,
+    )
+    notices += hold_against_each_other(evidence, CHECKS)[1]
     slope, slope_notices = _choose_slope(given_slope, setting, toml)
     heading, heading_notices = _choose_heading(given_heading, setting, toml)
     return Recording(
@@ -189,7 +192,7 @@ def _read_alone(folder: Path, settings: Settings) -> Recording:
         stop=stop,
         hashes=hashes,
         notices=_clean(notices + slope_notices + heading_notices),
-        elevations=_read_elevations(folder, settings, toml, hashes, gps),
+        elevations=elevations,
         uncertainty=_read_uncertainty(settings, toml),
         poles=poles,
     )
@@ -212,7 +215,8 @@ def _read_few_sensors(
         problem = "load cells of poles need captured hands"
         raise InputError(toml, "[poles]", problem, "leave [poles] out, or record the motion")
     imus, barometer = read_sensors(folder, settings, toml, hashes)
-    gps = _read_gps(folder, settings, toml, hashes, JOINTS)
+    covered = (max(float(imu.time[0]) for imu in imus), min(float(imu.time[-1]) for imu in imus))
+    gps = _read_gps(folder, settings, toml, hashes, JOINTS, covered)
     if gps is None:
         raise InputError(toml, "[gps]", "the table is missing", "few sensors also need fixes: add [gps]")
     notices += gps.notes
@@ -223,10 +227,12 @@ def _read_few_sensors(
         setting = SlopeAndHeading(None, None if given else ground_of(gps, gps.barometric))
     except SssiError as error:
         setting = SlopeAndHeading(None, None, (str(error),))
+    evidence = Evidence(toml, skier, equipment, _files(folder, settings), imus=imus, gps=gps)
+    evidence, doubts = hold_against_each_other(evidence, CHECKS)
     slope, slope_notices = _choose_slope(given, setting, toml)
     body = Body(skier.height, skier.mass, equipment.boot_mass + equipment.ski_mass, equipment.ankle_to_ski_base)
     try:
-        made = complete(imus, gps, Ground(slope.inclination, slope.fall_line_azimuth), body)
+        made = complete(evidence.imus, gps, Ground(slope.inclination, slope.fall_line_azimuth), body)
     except SssiError as error:
         raise InputError(
             toml, "[[sensors]]", str(error), "give the run itself, with sensors and fixes on one clock"
@@ -234,7 +240,12 @@ def _read_few_sensors(
     insoles = _read_insoles(folder, settings, toml, hashes)
     start, stop, cut = _overlap(toml, made.bvh, made.gps, insoles)
     if insoles is not None:
-        notices += insoles.notes + check_load(insoles, skier.mass, folder / settings["insoles"]["file"])
+        notices += insoles.notes
+    elevations = _read_elevations(folder, settings, toml, hashes, gps)
+    evidence = replace(
+        evidence, imus=(), gps=made.gps, insoles=insoles, elevations=elevations, start=start, stop=stop, slope=given
+    )
+    doubts += hold_against_each_other(evidence, CHECKS)[1]
     return Recording(
         name=name_of(settings, "name", toml, ""),
         note=text_of(settings, "note", toml, "", default=""),
@@ -249,11 +260,18 @@ def _read_few_sensors(
         start=start,
         stop=stop,
         hashes=hashes,
-        notices=_clean(notices + slope_notices + made.notes + cut),
+        notices=_clean(notices + slope_notices + doubts + made.notes + cut),
         completed=made,
-        elevations=_read_elevations(folder, settings, toml, hashes, gps),
+        elevations=elevations,
         uncertainty=_read_uncertainty(settings, toml, 0.0 if made.lag is None else made.lag.sigma),
     )
+
+
+def _files(folder: Path, settings: Settings) -> dict[str, Path]:
+    """Return the path of every instrument's file, by its table; sensors are counted from 1."""
+    tables = {name: settings[name] for name in ("motion", "gps", "insoles") if name in settings}
+    tables |= {f"sensors {number}": table for number, table in enumerate(settings.get("sensors", ()), 1)}
+    return {name: folder / table["file"] for name, table in tables.items()}
 
 
 def _clean(notices: tuple[str, ...]) -> tuple[str, ...]:
@@ -409,8 +427,14 @@ def _read_motion(folder: Path, settings: Settings, toml: Path, hashes: dict[str,
 
 
 def _read_gps(
-    folder: Path, settings: Settings, toml: Path, hashes: dict[str, str], joints: tuple[str, ...]
+    folder: Path,
+    settings: Settings,
+    toml: Path,
+    hashes: dict[str, str],
+    joints: tuple[str, ...],
+    covered: tuple[float, float],
 ) -> Gps | None:
+    """Read ``[gps]``; ``covered`` (s) is the stretch that motion capture or sensors cover."""
     if "gps" not in settings:
         return None
     table = table_of(settings, "gps", toml)
@@ -427,6 +451,7 @@ def _read_gps(
         offset=np.array(vector_of(table, "offset_m", toml, "[gps]", limit=1.0)),
         sigma=numbers.get("sigma"),
         time_offset=numbers.get("time_offset", 0.0),
+        covered=covered,
     )
     if "height_sigma" not in numbers:
         return gps

@@ -49,6 +49,15 @@ class SlopeEstimate:
 
 
 @dataclass(frozen=True)
+class SlopeAndHeading:
+    """Heading and slope as estimated from motion and fixes; None where no estimate is possible, with the reason."""
+
+    heading: Estimate | None
+    slope: SlopeEstimate | None
+    why_not: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Stance:
     """The input of the estimates from the capture, at the times of the fixes; BVH axes of the capture's world.
 
@@ -66,6 +75,34 @@ class Stance:
     antenna: Array
     body: Array
     forward: Array
+
+
+def estimate_slope_and_heading(
+    bvh: Bvh, gps: Gps, ankle_to_ski_base: float, heading: float | None = None
+) -> SlopeAndHeading:
+    """Estimate heading and slope from motion and fixes.
+
+    Parameters
+    ----------
+    ankle_to_ski_base : m, along the foot's up axis
+    heading : rad, the given azimuth of the BVH +z axis; the skis' track uses it, else the estimate
+    """
+    stance = stance_at_fixes(bvh, gps, ankle_to_ski_base)
+    if len(stance.time) < 5:
+        return SlopeAndHeading(None, None, ("fewer than five fixes lie within the motion capture",))
+    why_not: list[str] = []
+    estimate: Estimate | None = None
+    slope: SlopeEstimate | None = None
+    try:
+        estimate = estimate_heading(stance, gps)
+    except SssiError as error:
+        why_not.append(str(error))
+    azimuth = heading if heading is not None else (estimate.value if estimate is not None else 0.0)
+    try:
+        slope = estimate_slope(track_of_skis(stance, gps, azimuth), float(np.median(gps.sigma)))
+    except SssiError as error:
+        why_not.append(str(error))
+    return SlopeAndHeading(estimate, slope, tuple(why_not))
 
 
 def stance_at_fixes(bvh: Bvh, gps: Gps, ankle_to_ski_base: float) -> Stance:
@@ -313,6 +350,11 @@ def _rotate(vectors: Complex, heading: float) -> Complex:
 def _unit(vectors: Complex) -> Complex:
     unit: Complex = vectors / np.abs(vectors)
     return unit
+
+
+def angle_between(one: float, other: float) -> float:
+    """Return the angle (rad) between two azimuths."""
+    return abs(_wrap(one - other))
 
 
 def _wrap(angle: float) -> float:

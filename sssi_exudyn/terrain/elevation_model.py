@@ -6,14 +6,14 @@ Only the cells around the requested places are read, whatever the file's size.
 from __future__ import annotations
 
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import gaussian_filter, map_coordinates
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
@@ -29,14 +29,20 @@ CELLS: Final = 4_000_000
 _AROUND: Final = 8
 """Number of cells around the outermost place: the border's effect on the spline falls to a quarter with each cell."""
 _FEET: Final = ("ft", "feet", "foot", "us_survey_foot", "us-ft")
+_STEEPER: Final = float(np.radians(0.1))
+"""Error of a slope, rad, that steps of the heights may leave."""
+_SMOOTHEST: Final = 4.0
+"""Largest standard deviation of the smoothing, in cells."""
+_DEGREE: Final = 111_200.0
+"""Length of a degree, m."""
 _HIGHEST: Final = 9000.0
 """Greatest height of any ground, m; feet written as metres are mostly beyond it, or steeper than any slope."""
 
 
 Sample = Callable[[Array, Array, int], Array]
 """Function that returns heights (n,) m over the file's own datum at latitudes and longitudes (n,) in degrees (WGS84).
-Between cells the heights are a cubic spline.  Its last argument is the number of first places that must be covered;
-the others take the nearest cell's height beyond the border.
+Between cells the heights are a cubic spline, through smoothed ones where the file has whole numbers.  Its last argument
+is the number of first places that must be covered; the others take the nearest cell's height beyond the border.
 """
 
 
@@ -82,6 +88,7 @@ def _sample(path: Path, dataset: Any, latitude: Array, longitude: Array, needed:
     cells = _read_cells(path, dataset, low, high)
     if np.any(np.abs(cells) > _HIGHEST):
         raise InputError(path, "band 1", f"heights beyond {_HIGHEST:.0f} m", "convert the heights to metres")
+    cells = gaussian_filter(cells, _smoothing(dataset), mode="nearest", radius=_AROUND)
     return np.asarray(map_coordinates(cells, place - low[:, None], order=3, mode="nearest"))
 
 
@@ -108,4 +115,24 @@ def _read_cells(path: Path, dataset: Any, low: Array, high: Array) -> Array:
     cells = dataset.read(1, window=window, masked=True).astype(np.float64)
     if np.any(np.ma.getmaskarray(cells)) or not np.all(np.isfinite(cells.data)):
         raise InputError(path, "", "holes under the run", "fill them (gdal_fillnodata)")
-    return np.asarray(cells.data)
+    return np.asarray(cells.data) * _number(path, dataset.scales) + _number(path, dataset.offsets)
+
+
+def _smoothing(dataset: Any) -> float:
+    """Return the standard deviation, in cells, of the smoothing that takes the steps out of whole numbers.
+
+    Heights in steps of q have an error of q/√12 in each cell, and slopes of smoothed ones one of q/(√12 √(8π) s² cell).
+    """
+    if np.dtype(dataset.dtypes[0]).kind not in "iu":
+        return 0.0
+    metres = _DEGREE if dataset.crs.is_geographic else 1.0
+    cell = metres * min(abs(size) for size in dataset.res)
+    error = abs(float(dataset.scales[0])) / np.sqrt(12.0) / max(cell, 1e-9)
+    return float(min(np.sqrt(error / (np.sqrt(8.0 * np.pi) * _STEEPER)), _SMOOTHEST))
+
+
+def _number(path: Path, of_bands: Sequence[float]) -> float:
+    """Return scale or offset of the first band, by which its numbers become heights.  Raises InputError for NaN."""
+    if not np.isfinite(of_bands[0]):
+        raise InputError(path, "band 1", "scale or offset is not a number", "export the heights in metres")
+    return float(of_bands[0])

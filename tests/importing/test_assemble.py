@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from fix_files import START, nmea
+from fix_files import START, gpx, nmea
 from mvnx_file import SEGMENTS, mvnx
 from tiny import ANSWERS, OFFSET, Tiny
 
@@ -174,7 +174,7 @@ def test_without_fixes_slope_and_heading_are_asked_for(tmp_path: Path) -> None:
 
 def test_errors_name_the_file_that_was_given_and_nothing_is_left(tmp_path: Path) -> None:
     tiny = Tiny()
-    tiny.gps["latitude_deg"][40] = 46.9
+    tiny.gps["latitude_deg"][40:70] = 95.0
     sources = files(tmp_path, tiny)
     with pytest.raises(InputError) as info:
         import_recording(sources, tmp_path / "out", ANSWERS)
@@ -273,3 +273,38 @@ def test_command_line_names_its_options(tmp_path: Path, capsys: pytest.CaptureFi
     assert info.value.code == 0
     assert "motion" in capsys.readouterr().out
     assert read_recording(tmp_path / "out").skier.mass == 70.0
+
+
+def test_the_run_is_kept_of_a_track_with_a_lift(tmp_path: Path) -> None:
+    sources = files(tmp_path)
+    run = Tiny().gps
+    up = {name: column[::-1][:60] for name, column in run.items()}
+    up["time_s"] = np.arange(60.0)
+    late = run["time_s"] + 90.0
+    day = {name: np.concatenate([up[name], late if name == "time_s" else run[name]]) for name in run}
+    track = tmp_path / "day.gpx"
+    track.write_text(gpx(day), encoding="utf-8")
+    made = import_recording([sources[0], track], tmp_path / "out", replace(ANSWERS, gps_offset_s=-90.0))
+    assert made.gps is not None
+    assert (made.gps.time[0], made.gps.time[-1]) == pytest.approx((0.0, 8.0))
+    assert [notice for notice in made.notices if "the others are left out: 0.00 to 59.00 s" in notice]
+
+
+def test_a_t_pose_at_the_start_moves_the_zero_of_time(tmp_path: Path) -> None:
+    tiny = Tiny()
+    for angles in tiny.rotations.values():
+        angles[:2] = 0.0
+    sources = files(tmp_path, tiny)
+    made = import_recording(sources[:2], tmp_path / "out", replace(ANSWERS, gps_offset_s=0.0))
+    assert made.bvh.time[0] == 0.0
+    assert len(made.bvh.time) == 479
+    assert [notice for notice in made.notices if "2 of 481 frame(s) without movement" in notice]
+
+
+def test_what_was_left_out_is_told_at_every_later_reading(tmp_path: Path) -> None:
+    tiny = Tiny()
+    tiny.gps["altitude_m"][20:23] = 0.0
+    sources = files(tmp_path, tiny)
+    import_recording(sources, tmp_path / "out", ANSWERS)
+    words = "3 of 81 height(s) that no skier reaches from the others not used (first: line 22)"
+    assert [notice for notice in read_recording(tmp_path / "out").notices if words in notice]

@@ -41,6 +41,37 @@ def test_segments_stand_as_the_chain_has_them(tmp_path: Path, degrees: bool, ext
     np.testing.assert_allclose(capture.pelvis, pelvis, atol=2e-7)
 
 
+HEADERS: dict[str, tuple[bool, Callable[[str], str], bool]] = {
+    "degrees by a sentence": (True, lambda t: t.replace("inDegrees=yes", "\nAngles are in degrees.\n"), False),
+    "radians by a sentence": (False, lambda t: t.replace("inDegrees=no", "\nAngles are in radians.\n"), False),
+    "nothing stated": (True, lambda t: t.replace("inDegrees=yes\n", ""), True),
+    "radians called degrees": (False, lambda t: t.replace("inDegrees=no", "inDegrees=yes"), True),
+    "degrees called radians": (True, lambda t: t.replace("inDegrees=yes", "inDegrees=no"), True),
+}
+
+
+@pytest.mark.parametrize("kind", HEADERS)
+def test_the_unit_is_that_in_which_a_skier_bends(tmp_path: Path, kind: str) -> None:
+    degrees, change, contradicts = HEADERS[kind]
+    bvh, _ = read_motion(write(tmp_path, change(mot(chain_coordinates(), degrees=degrees))), HEIGHT)
+    expected, _ = read_motion(write(tmp_path, mot(chain_coordinates())), HEIGHT)
+    np.testing.assert_allclose(bvh.rotations, expected.rotations, atol=1e-8)  # ten digits of the table
+    assert [note for note in bvh.notes if "by its header" in note] == list(bvh.notes[:1]) * contradicts
+
+
+def test_a_skier_who_stands_tall_in_degrees(tmp_path: Path) -> None:
+    q = 0.25 * chain_coordinates(seed=8)  # knees of 9 to 18 degrees
+    bvh, _ = read_motion(write(tmp_path, mot(q).replace("inDegrees=yes\n", "")), HEIGHT)
+    knee = bvh.rotations[:, bvh.index("LeftLeg")]
+    bent = np.arccos(0.5 * (np.trace(knee, axis1=1, axis2=2) - 1.0))
+    assert np.degrees(np.max(bent)) < 20.0
+
+
+def test_legs_that_never_bend_are_no_skier(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="that is no skier"):
+        read_motion(write(tmp_path, mot(0.001 * chain_coordinates(), degrees=False)), HEIGHT)
+
+
 def test_arms_may_be_missing_and_it_is_noted(tmp_path: Path) -> None:
     arms = tuple(name for name in PRESCRIBED if name.startswith(("arm", "elbow", "pro_sup", "wrist")))
     bvh, _ = read_motion(write(tmp_path, mot(chain_coordinates(), without=arms)), HEIGHT)
@@ -52,8 +83,8 @@ FAULTS: dict[str, tuple[Callable[[str], str], str]] = {
     "other names": (lambda t: t.replace("hip_flexion_r", "RHipFlex"), "missing coordinates: hip_flexion_r"),
     "text": (lambda t: t[:-5] + "x\n", "not a number"),
     "nan": (lambda t: t.replace("\t" + t.split("\t")[-1], "\tnan\n"), "not a number"),
-    "radians called degrees": (lambda t: t.replace("inDegrees=yes", "inDegrees=no"), "beyond three turns"),
-    "time stands still": (lambda t: t.replace("\n0.05\t", "\n0.03333333333\t"), "time stands still"),
+    "beyond all angles": (lambda t: t.replace("\n0.05\t", "\n0.05\t99"), "beyond three turns"),
+    "time stands still": (lambda t: t.replace("\n0.05\t", "\n0.03333333333333\t"), "time stands still"),
 }
 
 

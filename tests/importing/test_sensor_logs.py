@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pymap3d
 import pytest
 from strapped import LAG, strapped, truth
 
@@ -241,3 +242,81 @@ def test_counts_of_pressure_cells_carry_the_weight_and_dead_cells_are_listed(tmp
     assert np.mean(insoles.right) / np.mean(insoles.left) == pytest.approx(0.5, abs=0.05)
     with pytest.raises(InputError, match="no counts of cells"):
         write_pressure(tmp_path / "insoles.csv", tmp_path, 70.0)
+
+
+def phyphox(whole: Recording, folder: Path, sign: float = 1.0) -> list[Path]:
+    """Write an experiment of phyphox with three sensors: times count from the same zero, titles have capitals."""
+    one, fixes = strapped(whole, "pocket", 4), whole.gps
+    assert fixes is not None
+    latitude, longitude, height = pymap3d.enu2geodetic(*fixes.enu[::10].T, *fixes.origin)
+    tables = {
+        "Gyroscope": (one.time, one.rate, [f"{axis} (rad/s)" for axis in "XYZ"]),
+        "Accelerometer": (one.time, sign * one.force, [f"{axis} (m/s^2)" for axis in "XYZ"]),
+        "Location": (
+            fixes.time[::10] + LAG,
+            np.column_stack([latitude, longitude, height, *np.full((4, len(height)), np.nan)]),
+            ["Latitude (°)", "Longitude (°)", "Height (m)", "Velocity (m/s)", "Direction (°)",
+             "Horizontal Accuracy (m)", "Vertical Accuracy (°)"],
+        ),
+    }  # fmt: skip
+    tables["Location"][1][:, 5] = 4.0
+    made = []
+    for name, (time, values, titles) in tables.items():
+        table = pd.DataFrame(np.column_stack([time, values]), columns=["Time (s)", *titles])
+        made.append(folder / f"{name}.csv")
+        table.to_csv(made[-1], index=False, quoting=csv.QUOTE_NONNUMERIC, float_format="%.9e")
+    return made
+
+
+def test_an_experiment_of_phyphox_has_one_clock(whole: Recording, tmp_path: Path) -> None:
+    gyro, accel, fixes = phyphox(whole, tmp_path)
+    made = import_recording([Path(f"pocket={gyro}"), Path(f"pocket={accel}"), fixes], tmp_path / "made", ANSWERS)
+    assert made.completed is not None
+    assert made.completed.lag is not None
+    assert made.completed.lag.value == pytest.approx(LAG, abs=0.5)  # as of the few sensors' own files
+    assert made.gps is not None
+    assert made.gps.speed is None  # the phone wrote none
+    with pytest.raises(InputError, match="--gps-offset-s"):  # but a capture has another clock
+        import_recording([EXAMPLE / "motion.bvh", fixes], tmp_path / "captured", ANSWERS)
+
+
+def test_titles_with_capitals_and_the_instruments_name(whole: Recording, tmp_path: Path) -> None:
+    gyro, accel, _ = phyphox(whole, tmp_path)
+    (expected,) = read_logs([("chest", gyro), ("chest", accel)])
+    both = pd.read_csv(gyro).join(pd.read_csv(accel).drop(columns="Time (s)"))
+    both.columns = [
+        "Time (s)",
+        *(f"Gyroscope {a} (rad/s)" for a in "XYZ"),
+        *(f"Acceleration {a} (m/s^2)" for a in "XYZ"),
+    ]
+    both.assign(battery="90 %").to_csv(tmp_path / "log.csv", index=False, quoting=csv.QUOTE_NONNUMERIC)
+    (log,) = read_logs([("chest", tmp_path / "log.csv")])
+    for name, column in expected.table.columns.items():
+        np.testing.assert_allclose(log.table.columns[name], column)
+
+
+def test_an_acceleration_that_points_down_gives_the_same_posture(whole: Recording, tmp_path: Path) -> None:
+    made = []
+    for sign in (1.0, -1.0):
+        (tmp_path / str(sign)).mkdir()
+        gyro, accel, fixes = phyphox(whole, tmp_path / str(sign), sign)
+        files = [Path(f"pocket={gyro}"), Path(f"pocket={accel}"), fixes]
+        made.append(import_recording(files, tmp_path / str(sign) / "made", ANSWERS))
+    right, down = (one.completed for one in made)
+    assert right is not None
+    assert down is not None
+    np.testing.assert_allclose(down.edge, right.edge, atol=1e-9)
+    assert [notice for notice in made[1].notices if "its sign was turned" in notice]
+    assert not [notice for notice in made[0].notices if "its sign was turned" in notice]
+
+
+def test_torn_lines_of_a_logger_cost_themselves(logs: dict[str, Path], tmp_path: Path) -> None:
+    (whole,) = read_logs([("left_ski", logs["left_ski"])])
+    lines = logs["left_ski"].read_text(encoding="utf-8").strip().split("\n")
+    lines[40], lines[90] = "reconnected", lines[90].rpartition(",")[0][:20]
+    lines[200] = lines[199]
+    (tmp_path / "torn.csv").write_text("\n".join(lines), encoding="utf-8")
+    (log,) = read_logs([("left_ski", tmp_path / "torn.csv")])
+    assert len(log.table.lines) == len(whole.table.lines) - 3
+    assert any("2 of" in note and "torn" in note for note in log.notes)
+    assert any("1 of" in note and "stands still" in note for note in log.notes)

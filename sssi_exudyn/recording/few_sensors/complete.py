@@ -125,7 +125,7 @@ def complete(imus: tuple[Imu, ...], gps: Gps, ground: Ground, body: Body) -> Com
     if lag is not None:
         gps = replace(gps, time=gps.time - lag.value)
     velocity = velocity_of(gps)
-    first, last = skiing_stretch(gps.time, np.linalg.norm(velocity, axis=1))
+    first, last = skiing_stretch(gps.time, np.linalg.norm(velocity, axis=1), gps.enu[:, 2])
     start = max(first, *(imu.time[0] for imu in imus))
     stop = min(last, *(imu.time[-1] for imu in imus))
     if stop - start < 5.0:
@@ -201,7 +201,7 @@ def ground_of(gps: Gps, barometric: bool) -> SlopeEstimate:
 
     The heights' wander from start to end is a property of the instrument, not of a single fix.
     """
-    first, last = skiing_stretch(gps.time, np.linalg.norm(velocity_of(gps), axis=1))
+    first, last = skiing_stretch(gps.time, np.linalg.norm(velocity_of(gps), axis=1), gps.enu[:, 2])
     inside = (gps.time >= first) & (gps.time <= last)
     return estimate_slope(gps.enu[inside], _BAROMETER_WANDER if barometric else _RECEIVER_WANDER)
 

@@ -30,6 +30,8 @@ _SLOW_SHARE: Final = 0.25
 """Share of the run's high speed (its 95th percentile) below which the skier stands or walks."""
 _REST: Final = 5.0
 """Longest time for which a skier may be slower on a run, s."""
+_LEVEL: Final = 2.0
+"""Difference of heights, m, within which a stretch counts as level."""
 _LAGS: Final = (-1.0, 4.0)
 """Range of a receiver's lag, s: telephones filter over up to 2 s, clocks may differ by a second."""
 _LAG_STEP: Final = 0.02
@@ -72,18 +74,27 @@ class Course:
     sigma: float
 
 
-def skiing_stretch(time: Array, speed: Array) -> tuple[float, float]:
-    """Return the first and last time (s) of the longest stretch at a skier's speed, short rests included.
+def skiing_stretch(time: Array, speed: Array, height: Array) -> tuple[float, float]:
+    """Return the first and last time (s) of the stretch at a skier's speed, short rests included, that goes down most.
+
+    A way up on a lift is no skiing.  Of stretches that all are level, or lead up, the longest is taken.
+
+    Parameters
+    ----------
+    speed : (n,) m/s over ground;  height : (n,) m
 
     Raises SssiError when no stretch of skiing lasts five seconds.
     """
-    moving = time[speed > max(SLOWEST, _SLOW_SHARE * float(np.percentile(speed, 95.0)))]
-    if len(moving) > 1:
-        ends = np.flatnonzero(np.diff(moving) > _REST)
-        starts, stops = moving[np.r_[0, ends + 1]], moving[np.r_[ends, len(moving) - 1]]
-        best = int(np.argmax(stops - starts))
-        if stops[best] - starts[best] >= 5.0:
-            return float(starts[best]), float(stops[best])
+    fast = np.flatnonzero(speed > max(SLOWEST, _SLOW_SHARE * float(np.percentile(speed, 95.0))))
+    if len(fast) > 1:
+        ends = np.flatnonzero(np.diff(time[fast]) > _REST)
+        starts, stops = fast[np.r_[0, ends + 1]], fast[np.r_[ends, len(fast) - 1]]
+        lasting = time[stops] - time[starts]
+        down = np.where(height[starts] - height[stops] > _LEVEL, height[starts] - height[stops], 0.0)
+        long = np.flatnonzero(lasting >= 5.0)
+        if len(long):
+            best = max(long.tolist(), key=lambda i: (down[i], lasting[i]))
+            return float(time[starts[best]]), float(time[stops[best]])
     raise SssiError(f"the fixes are never faster than {SLOWEST:g} m/s for five seconds")
 
 

@@ -9,17 +9,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import accumulate
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.bounds import MAX_JOINTS, MAX_LINES, MAX_NAME
 from sssi_exudyn.io.files import read_text
-from sssi_exudyn.io.table import numbers
+from sssi_exudyn.io.repairs import Mask, Repairs
+from sssi_exudyn.io.table import SHORT_GAP, numbers
 
 _SIDES: Final = ("Right", "Left")
 LEGS: Final = tuple(side + part for side in _SIDES for part in ("UpLeg", "Leg", "Foot"))
@@ -37,12 +40,20 @@ _XSENS: Final = {
 }  # fmt: skip
 """Names of a recording's joints by the names that Xsens MVN writes."""
 _LONGEST_BONE: Final = 1000.0
-"""Largest distance between two joints, m, whatever the unit; ``crosscheck`` judges bones by the skier's height."""
+"""Largest distance between two joints, m, whatever the unit; ``cross_checks`` judge bones by the skier's height."""
 _FARTHEST: Final = 1e5
 """Largest distance of a capture's root from the origin, m."""
 _LARGEST_ANGLE: Final = 1e5
 """Largest angle of a channel, degrees; unwrapped angles of a run stay below some thousand."""
 _PREFIX: Final = re.compile(r"[^:_]*[:_]")
+
+_FASTEST_JOINT: Final = float(np.deg2rad(1000.0))
+"""Angular speed, rad/s, that no joint of a skier's legs reaches; knees of sprinters reach 900 °/s."""
+_CUT: Final = 0.1
+"""Largest share of the announced frames that may be missing at the end."""
+_LEAST_BENT, _MOST_BENT, _LEAST_SWING = 0.5, float(np.pi), 0.3
+"""Range of the largest angle of a skier's legs, and least swing of one, where they are in radians.  In degrees such
+legs would never bend."""
 
 _FRAME_TIME: Final = (0.0005, 0.05)
 """Shortest and longest plausible frame time, s: 20 Hz is the lowest rate that still carries the filter's 6 Hz."""
@@ -91,6 +102,11 @@ class _Tree:
     ends: dict[str, Array] = field(default_factory=dict)
     channels: list[list[str]] = field(default_factory=list)
 
+    @property
+    def first_columns(self) -> list[int]:
+        """Return the column of a frame at which each joint's channels begin."""
+        return [0, *accumulate(len(channels) for channels in self.channels)][: len(self.channels)]
+
 
 def read_bvh(path: Path, time_offset: float = 0.0, renamed: Mapping[str, str] | None = None) -> Bvh:
     """Read a BVH file.
@@ -101,8 +117,10 @@ def read_bvh(path: Path, time_offset: float = 0.0, renamed: Mapping[str, str] | 
     time_offset : s, added to the frames' times (frame 0 is at 0 s in the file)
     renamed : the recording's names of joints that have another name in the file (see ``recording_names``)
 
-    Raises InputError for a truncated file, a frame count that does not match, and text or NaN in a number's place.
-    Raises it too for missing joints, other axes or units, and a joint of the legs or the pelvis that never moves.
+    A missing tenth at the end, angles in radians and frames in which no one moved (a T-pose at the start) are repaired
+    and noted.  Raises InputError for more than that, a frame count that does not match, and text or NaN in a number's
+    place.  Raises it too for missing joints, other axes or units, and a joint of the legs or the pelvis that never
+    moves.
     """
     path = Path(path)
     lines = read_text(path).split("\n")
@@ -111,7 +129,10 @@ def read_bvh(path: Path, time_offset: float = 0.0, renamed: Mapping[str, str] | 
     frames, frame_time, first = _read_motion_header(path, lines, motion_line)
     width = sum(len(channels) for channels in tree.channels)
     rows = [(number, line) for number, line in enumerate(lines[first - 1 :], first) if line.strip()]
-    if len(rows) != frames:
+    repairs = Repairs(path)
+    if rows and len(rows) <= frames and len(rows[-1][1].split()) < width:  # torn off within a frame
+        rows.pop()
+    if len(rows) > frames or len(rows) < (1.0 - _CUT) * frames:
         what = "the file is truncated" if len(rows) < frames else "there are more frames than announced"
         raise InputError(
             path,
@@ -119,8 +140,14 @@ def read_bvh(path: Path, time_offset: float = 0.0, renamed: Mapping[str, str] | 
             f"{what}: the header announces {frames} frames, {len(rows)} are there",
             "export the motion again, or correct 'Frames:' to what is there",
         )
+    if len(rows) < frames:
+        problem = f"the file is truncated, its header announces {frames} frames,"
+        repairs.add_end(problem, f"line {rows[-1][0]}", len(rows))
     values = numbers(path, rows, width, None)
-    return _assemble(path, tree, values, time_offset + frame_time * np.arange(frames, dtype=np.float64))
+    time = frame_time * np.arange(len(rows), dtype=np.float64)
+    bvh = _assemble(path, tree, _in_degrees(tree, values, repairs), time_offset + time)
+    moving = _moving_frames(repairs, bvh, _zero_frames(tree, values))
+    return replace(moving, notes=(*moving.notes, *repairs.notes))
 
 
 def recording_names(names: Sequence[str]) -> dict[str, str]:
@@ -163,6 +190,61 @@ def joint_positions(bvh: Bvh, world: Array) -> Array:
         if parent >= 0:
             positions[:, joint] = positions[:, parent] + world[:, parent] @ bvh.offsets[joint]
     return positions
+
+
+def _zero_frames(tree: _Tree, values: Array) -> Mask:
+    """Return in which frames (n,) no joint but the root is turned at all; a sensor's noise alone would turn one."""
+    zero = np.ones(len(values), bool)
+    for channels, column in zip(tree.channels[1:], tree.first_columns[1:], strict=True):
+        for offset, channel in enumerate(channels):
+            if channel.endswith("rotation"):
+                zero &= values[:, column + offset] == 0.0
+    return zero
+
+
+def _moving_frames(repairs: Repairs, bvh: Bvh, zero: Mask) -> Bvh:
+    """Return the capture without frames that are no movement, which are noted.
+
+    Exporters put a T-pose before the first frame, and write zeros where the system lost the skier.  Such frames are cut
+    off at the ends, and turned across evenly over up to ``SHORT_GAP`` within.
+
+    Raises InputError for a longer stretch of such frames within, and for more of them than ``Repairs`` allows.
+    """
+    lost = zero.copy()
+    lost[0] |= _jumps(bvh)
+    if np.all(zero):
+        return bvh
+    if not np.any(lost):
+        return bvh
+    places = [f"frame {number}" for number in range(1, len(lost) + 1)]
+    repairs.add_at(
+        "frame(s) without movement (T-pose or zeros)", lost, places, done="not used", fix="export the motion again"
+    )
+    known = np.flatnonzero(~lost)
+    longest = int(np.max(np.diff(known)))
+    if longest * float(bvh.time[1] - bvh.time[0]) > SHORT_GAP:
+        first = int(known[np.argmax(np.diff(known))]) + 1
+        problem = f"the {longest - 1} frames from here on are zero"
+        raise InputError(repairs.path, places[first], problem, "export the motion without them")
+    kept = slice(int(known[0]), int(known[-1]) + 1)
+    rotations = bvh.rotations[kept].copy()
+    for row in np.flatnonzero(lost[kept]):
+        for joint in range(len(bvh.names)):
+            after = known[np.searchsorted(known, row + kept.start)] - kept.start
+            between = Slerp([row - 1, after], Rotation.from_matrix(rotations[[row - 1, after], joint]))
+            rotations[row, joint] = between(row).as_matrix()
+    return replace(bvh, time=bvh.time[kept], rotations=rotations, root_position=bvh.root_position[kept])
+
+
+def _jumps(bvh: Bvh) -> bool:
+    """Return whether the legs turn from the first frame to the next as no skier can, and then move on calmly."""
+    if len(bvh.time) < 4:
+        return False
+    legs = [bvh.index(name) for name in LEGS]
+    steps = np.swapaxes(bvh.rotations[:3, legs], -1, -2) @ bvh.rotations[1:4, legs]
+    angle = np.arccos(np.clip(0.5 * (np.trace(steps, axis1=-2, axis2=-1) - 1.0), -1.0, 1.0))
+    speed = np.max(angle, axis=1) / float(bvh.time[1] - bvh.time[0])
+    return bool(speed[0] > _FASTEST_JOINT and np.all(speed[1:] < 0.3 * speed[0]))
 
 
 def _read_hierarchy(path: Path, lines: list[str], renamed: Mapping[str, str]) -> tuple[_Tree, int]:
@@ -308,6 +390,21 @@ def _check_joints(path: Path, tree: _Tree) -> None:
             "the axes are not x left, y up, z forward (legs must point along −y, the left one at +x)",
             "export with Axis Studio's default axes",
         )
+
+
+def _in_degrees(tree: _Tree, values: Array, repairs: Repairs) -> Array:
+    """Return the channels in degrees: a skier whose knees and hips never move by 3° is written in radians."""
+    kinds = [channel for channels in tree.channels for channel in channels]
+    owners = [name for name, channels in zip(tree.names, tree.channels, strict=True) for _ in channels]
+    turning = np.array([kind.endswith("rotation") for kind in kinds])
+    of_legs = turning & np.array([name in LEGS for name in owners])
+    bent = float(np.max(np.abs(values[:, of_legs])))
+    swing = float(np.max(np.ptp(values[:, of_legs], axis=0)))
+    if not _LEAST_BENT < bent < _MOST_BENT or swing < _LEAST_SWING:
+        return values
+    repairs.add_all(f"no joint of the legs turns by more than {bent:.2f}: the angles are taken as radians")
+    values[:, turning] = np.rad2deg(values[:, turning])
+    return values
 
 
 def _assemble(path: Path, tree: _Tree, values: Array, time: Array) -> Bvh:

@@ -17,7 +17,8 @@ import pymap3d
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.bounds import MAX_FIXES, check_samples
-from sssi_exudyn.io.markup import elements, text_below
+from sssi_exudyn.io.markup import TornMarkup, elements, text_below
+from sssi_exudyn.io.repairs import UNKNOWN, Repairs
 from sssi_exudyn.io.table import Table, read_table
 
 REQUIRED: Final = ("time_s", "latitude_deg", "longitude_deg", "altitude_m")
@@ -28,19 +29,33 @@ _PHONE: Final = {
     "speed": "speed_mps", "bearing": "course_deg", "horizontalAccuracy": "sigma_m",
 }  # fmt: skip
 """Our names of the columns of Sensor Logger's Location.csv."""
+_PHYPHOX: Final = {
+    "Time (s)": "time_s", "Latitude (°)": "latitude_deg", "Longitude (°)": "longitude_deg", "Height (m)": "altitude_m",
+    "Velocity (m/s)": "speed_mps", "Direction (°)": "course_deg", "Horizontal Accuracy (m)": "sigma_m",
+}  # fmt: skip
+"""Our names of the columns of phyphox's Location.csv."""
 _LOGGED: Final = {
     "t_s": ("time_s", 1.0), "lat": ("latitude_deg", 1.0), "lon": ("longitude_deg", 1.0), "alt_m": ("altitude_m", 1.0),
     "bearing_deg": ("course_deg", 1.0), "course_rad": ("course_deg", 180.0 / np.pi),
     "hacc_m": ("sigma_m", 1.0), "herr_m": ("sigma_m", 1.0),
 }  # fmt: skip
 """Our names of the columns of loggers' tables, and the factor between their units."""
+_FLAT: Final = ("east_m", "north_m")
+_EPOCH: Final = "time"
+"""Sensor Logger's column of the time of day, ns since 1970."""
+_GPX: Final = ("lat", "lon", "ele", "speed", "course")
+"""Numbers of a track point, in the order of our columns."""
+_BEFORE_TEAR: Final = 10
+"""Minimum number of points that are read of a file whose end is missing."""
+_UNSURE: Final = ("altitude_m", *OPTIONAL)
+"""Columns in which a receiver may leave a cell empty."""
 _SOMEWHERE: Final = (46.0, 8.0)
 """Latitude and longitude (°) at which local coordinates are placed; a slope's place on Earth has no effect here."""
 _RADIUS: Final = float(np.sqrt(-2.0 * np.log(1.0 - 0.68)))
 """Radius around 68 % of fixes, in standard deviations of one direction: a telephone's accuracy (Android,
 Location.getHorizontalAccuracyMeters).
 """
-_WORST: Final = 100.0
+WORST: Final = 100.0
 """Largest standard deviation of a useful fix, m."""
 
 
@@ -54,6 +69,7 @@ class Fixes:
     places : the place in the file of each fix, for messages
     began : UTC of ``time_s`` = 0, s since 1970; None where the file does not have it
     common_clock : whether ``time_s`` already counts on the recording's clock
+    clock_of_sensors : whether ``time_s`` counts from the same zero as the sensors that the same app exported with it
     notes : oddities, in words
     """
 
@@ -61,6 +77,7 @@ class Fixes:
     places: tuple[str, ...]
     began: float | None = None
     common_clock: bool = False
+    clock_of_sensors: bool = False
     notes: tuple[str, ...] = ()
 
 
@@ -68,26 +85,42 @@ def fixes_csv(path: Path) -> Fixes:
     """Read a CSV file of fixes.
 
     Its columns are ``time_s,latitude_deg,longitude_deg,altitude_m`` and optionally ``speed_mps,course_deg,sigma_m``, or
-    those of ``Location.csv`` as the telephones' app Sensor Logger writes it.
+    those of ``Location.csv`` as the telephones' apps Sensor Logger and phyphox write it.  Cells of altitude and of
+    optional columns may be empty.
 
     Raises InputError for missing columns and for every fault described in ``read_table``.
     """
-    table = read_table(path)
-    if set(_PHONE) <= table.columns.keys():
-        return _fixes_phone(path, table)
+    table = read_table(path, _columns_of_fixes)
+    for names in (_PHONE, _PHYPHOX):
+        if set(names) <= table.columns.keys():
+            return _fixes_phone(path, table, names)
     table, local = _rename_columns(table)
     missing = [name for name in REQUIRED if name not in table.columns]
     if missing:
         raise InputError(
             path,
             "header",
-            f"missing columns {', '.join(missing)}; found {', '.join(table.columns)}",
+            f"missing columns {', '.join(missing)}; found {', '.join((*table.columns, *table.unused))}",
             f"name the columns {','.join(REQUIRED)}",
         )
-    known = {name: column for name, column in table.columns.items() if name in REQUIRED + OPTIONAL}
-    unknown = [name for name in table.columns if name not in known]
-    notes = local + ((f"{path.name}: columns not used: {', '.join(unknown)}",) if unknown else ())
-    return Fixes(known, tuple(f"line {line}" for line in table.lines), common_clock=True, notes=notes)
+    notes = table.notes + local
+    if table.unused:
+        notes += (f"{path.name}: columns not used: {', '.join(table.unused)}",)
+    return Fixes(table.columns, table.places, common_clock=True, notes=notes)
+
+
+def _columns_of_fixes(names: list[str]) -> tuple[set[str], set[str]]:
+    """Return the columns of a table of fixes that are needed, and those that may have empty cells."""
+    for phone in (_PHONE, _PHYPHOX):
+        if phone.keys() <= set(names):
+            sparse = {theirs for theirs, ours in phone.items() if ours in _UNSURE}
+            return phone.keys() - sparse, sparse | {_EPOCH}
+    ours = {name: _LOGGED.get(name, (name, 1.0))[0] for name in names}
+    taken = {name for name in names if ours[name] in (*REQUIRED, *OPTIONAL)}
+    if not {"latitude_deg", "longitude_deg"} <= set(ours.values()):
+        taken |= set(_FLAT) & set(names)
+    sparse = {name for name in taken if ours[name] in _UNSURE}
+    return taken - sparse, sparse
 
 
 def _rename_columns(table: Table) -> tuple[Table, tuple[str, ...]]:
@@ -96,79 +129,106 @@ def _rename_columns(table: Table) -> tuple[Table, tuple[str, ...]]:
     for name, column in table.columns.items():
         ours, factor = _LOGGED.get(name, (name, 1.0))
         columns[ours] = column * factor
-    if "latitude_deg" in columns or not {"east_m", "north_m"} <= columns.keys():
+    if not set(_FLAT) <= columns.keys():
         return replace(table, columns=columns), ()
-    flat = (columns.pop("east_m"), columns.pop("north_m"))
+    flat = [columns.pop(name) for name in _FLAT]
     columns["latitude_deg"], columns["longitude_deg"], _ = pymap3d.enu2geodetic(
         *flat, np.zeros(len(flat[0])), *_SOMEWHERE, 0.0
     )
     return replace(table, columns=columns), (f"{table.file.name}: local coordinates, set down at 46°N 8°E",)
 
 
-def _fixes_phone(path: Path, table: Table) -> Fixes:
+def _fixes_phone(path: Path, table: Table, names: dict[str, str]) -> Fixes:
     """Read the fixes of a telephone; those with a poor or no accuracy are left out and noted."""
-    radius = table.columns["horizontalAccuracy"]
-    good = (radius > 0.0) & (radius / _RADIUS <= _WORST)
+    columns = {ours: table.columns[theirs] for theirs, ours in names.items()}
+    columns["sigma_m"] = columns["sigma_m"] / _RADIUS
+    good = (columns["sigma_m"] > 0.0) & (columns["sigma_m"] <= WORST)
     if np.count_nonzero(good) < 3:
         raise InputError(
-            path, "column horizontalAccuracy", f"no three fixes are exact to {_WORST:g} m", "record again in the open"
+            path, "column of the accuracy", f"no three fixes are exact to {WORST:g} m", "record again in the open"
         )
-    columns = {ours: table.columns[theirs][good] for theirs, ours in _PHONE.items()}
-    columns["sigma_m"] = columns["sigma_m"] / _RADIUS
-    for name in ("speed_mps", "course_deg"):
-        if np.any(columns[name] < 0.0):  # the telephone's mark for an unknown value
-            del columns[name]
     began = None
-    if "time" in table.columns:  # ns since 1970
-        began = float(1e-9 * table.columns["time"][good][0] - columns["time_s"][0])
-    lost = len(good) - int(np.count_nonzero(good))
-    notes = (f"{path.name}: {lost} fix(es) of poor or unknown accuracy left out",) if lost else ()
-    places = tuple(f"line {line}" for line, keep in zip(table.lines, good, strict=True) if keep)
-    return Fixes(columns, places, began=began, notes=notes)
+    epoch = table.columns.get(_EPOCH, np.array([np.nan]))  # ns since 1970
+    if np.any(np.isfinite(epoch)):
+        first = int(np.argmax(np.isfinite(epoch)))
+        began = float(1e-9 * epoch[first] - columns["time_s"][first])
+    return Fixes(columns, table.places, began=began, clock_of_sensors=names is _PHYPHOX, notes=table.notes)
 
 
 def fixes_gpx(path: Path) -> Fixes:
-    """Read the track points of a GPX 1.0 or 1.1 file; time counts from the first of them.
+    """Read the track points of a GPX 1.0 or 1.1 file; time counts from the first of them that has one.
 
-    Raises InputError for XML that ``elements`` refuses, fewer than three points, and points without place, ``ele`` or
-    ``time``.
+    Points without place, ``ele`` or ``time`` are left out and noted, and so is a torn end.
+
+    Raises InputError for XML that ``elements`` refuses, fewer than three points, and more bad points than ``Repairs``
+    allows.
     """
-    values: dict[str, list[float]] = {"lat": [], "lon": [], "ele": [], "speed": [], "course": []}
-    clock: list[float] = []
-    for number, point in enumerate(elements(path, ("trkpt",)), 1):
-        check_samples(path, f"trkpt {number}", number, limit=MAX_FIXES)
-        clock.append(_gpx_time(path, point, number))
-        for name in ("lat", "lon", "ele"):
-            values[name].append(_gpx_number(path, point, name, number))
-        for name in ("speed", "course"):
-            if text_below(point, name) is not None:
-                values[name].append(_gpx_number(path, point, name, number))
-    if len(clock) < 3:
-        raise InputError(path, "", f"{len(clock)} track points are no recording", "export the whole run as a track")
-    columns = {"time_s": np.array(clock) - clock[0]}
-    for column, name in zip((*REQUIRED[1:], *OPTIONAL), values, strict=False):
-        if len(values[name]) == len(clock):  # speed and course only where every point has them
-            columns[column] = np.array(values[name])
-    return Fixes(columns, tuple(f"trkpt {number}" for number in range(1, len(clock) + 1)), began=clock[0])
+    rows: list[list[float]] = []
+    repairs = Repairs(path)
+    try:
+        for number, point in enumerate(elements(path, ("trkpt",)), 1):
+            check_samples(path, f"trkpt {number}", number, limit=MAX_FIXES)
+            rows.append([_gpx_time(point), *(_gpx_number(point, name) for name in _GPX)])
+    except TornMarkup as torn:
+        if len(rows) < _BEFORE_TEAR:
+            raise
+        repairs.add_end("the file ends too early", torn.place, len(rows))
+    if len(rows) < 3:
+        raise InputError(path, "", f"{len(rows)} track points are no recording", "export the whole run as a track")
+    places = tuple(f"trkpt {number}" for number in range(1, len(rows) + 1))
+    values = np.array(rows)
+    if not np.any(np.isfinite(values[:, 0])):
+        raise InputError(path, places[0], "no time", "export the track with the time of every point")
+    zero = float(values[np.isfinite(values[:, 0]), 0][0])
+    return fixes_of_rows(repairs, values, places, "point(s)", zero, began=zero)
 
 
-def _gpx_number(path: Path, point: Element, name: str, number: int) -> float:
+def fixes_of_rows(
+    repairs: Repairs, values: Array, places: tuple[str, ...], records: str, zero: float, began: float | None
+) -> Fixes:
+    """Make fixes of records (n, 4 to 7), NaN where a record has no value; without time, place or height it goes.
+
+    Parameters
+    ----------
+    repairs : takes the notes
+    values : time (s), latitude, longitude (degrees), altitude (m), then columns of ``OPTIONAL`` in their order
+    places : each record's place in the file;  records : their name, in words
+    zero : s, the time that counts as 0;  began : its UTC, s since 1970
+
+    Raises InputError where too many records have no time, place or height.
+    """
+    known = np.isfinite(values[:, :4])
+    for name, lost in (
+        ("time", ~known[:, 0]),
+        ("fix", known[:, 0] & ~np.all(known[:, 1:3], axis=1)),
+        ("height", np.all(known[:, :3], axis=1) & ~known[:, 3]),
+    ):
+        fix = f"export the run again, with the {name} of every record"
+        repairs.add_at(f"{records} without a {name}", lost, places, most=UNKNOWN, fix=fix)
+    whole = np.all(known, axis=1)
+    columns = {"time_s": values[whole, 0] - zero}
+    for name, column in zip((*REQUIRED[1:], *OPTIONAL), values.T[1:], strict=False):
+        if name in REQUIRED or np.any(np.isfinite(column)):
+            columns[name] = column[whole]
+    kept = tuple(place for place, keep in zip(places, whole.tolist(), strict=True) if keep)
+    return Fixes(columns, kept, began=began, notes=repairs.notes)
+
+
+def _gpx_number(point: Element, name: str) -> float:
+    """Return a number of a track point, NaN where it has none."""
     text = point.get(name) if name in ("lat", "lon") else text_below(point, name)
     try:
         value = float(text if text is not None else "")
     except ValueError:
-        value = np.nan
-    if not np.isfinite(value):
-        what = f"no {name}" if text is None else f"{name} {text[:30]!r} is not a number"
-        raise InputError(path, f"trkpt {number}", what, "export the track again, with elevation and time")
-    return value
+        return np.nan
+    return value if np.isfinite(value) else np.nan
 
 
-def _gpx_time(path: Path, point: Element, number: int) -> float:
+def _gpx_time(point: Element) -> float:
+    """Return the time of a track point, s since 1970, NaN where it has none."""
     text = text_below(point, "time")
     try:
         moment = datetime.fromisoformat(text if text is not None else "")
         return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
     except (ValueError, OverflowError):
-        what = "no time" if text is None else f"time {text[:40]!r} is not ISO 8601"
-        raise InputError(path, f"trkpt {number}", what, "export the track with the time of every point") from None
+        return np.nan

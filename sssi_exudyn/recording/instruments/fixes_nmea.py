@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from datetime import UTC, date, datetime, time, timedelta
 from pathlib import Path
@@ -12,12 +13,21 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.bounds import MAX_FIXES, check_samples
 from sssi_exudyn.io.files import read_text
-from sssi_exudyn.recording.instruments.fixes import OPTIONAL, Fixes
+from sssi_exudyn.io.repairs import UNKNOWN, Repairs
+from sssi_exudyn.recording.instruments.fixes import Fixes, fixes_of_rows
 from sssi_exudyn.runtime.optional import library
 
 _KNOT: Final = 1852.0 / 3600.0
 """Size of a knot, m/s."""
 _KINDS: Final = ("GGA", "RMC", "GST")
+_SENTENCE: Final = re.compile(r"\$..(...)[^$*]*(\*[0-9A-Fa-f]{2})?")
+"""A sentence to its checksum: loggers put a clock of their own before and after it."""
+_NO_MEASUREMENT: Final = (6, 7, 8)
+"""Qualities of a place that was estimated, typed in or simulated."""
+_UNKNOWN_DILUTION: Final = 50.0
+"""Dilution of precision from which on a fix is useless; receivers write 99 or 99.99 for unknown."""
+_UNITS: Final = {"M": 1.0, "F": 0.3048}
+"""Metres in a sentence's units of height."""
 _TORN: Final = 0.1
 """Share of torn lines above which a log is not that of a receiver."""
 
@@ -33,15 +43,17 @@ class _Log:
     spread: dict[float, float] = field(default_factory=dict)
     first_day: date | None = None
     days: int = 0
-    torn: int = 0
     sentences: int = 0
-    without_fix: int = 0
+    torn: list[str] = field(default_factory=list)
+    without_fix: list[str] = field(default_factory=list)
+    poor: list[str] = field(default_factory=list)
 
 
 def fixes_nmea(path: Path) -> Fixes:
     """Read a log of sentences; sentences other than GGA, RMC and GST are ignored.
 
-    Torn sentences (by their checksum) and those without a fix are left out and noted.
+    Empty fields are unknown.  Torn sentences (by their checksum), those without a fix and those that the receiver
+    marks as useless are left out and noted.
 
     Raises InputError where the library is missing, more than a tenth of the lines is torn, or less than three fixes
     are there.
@@ -49,31 +61,27 @@ def fixes_nmea(path: Path) -> Fixes:
     pynmea2 = library("pynmea2", path)
     log = _Log()
     for number, line in enumerate(read_text(path).split("\n"), 1):
-        at = line.find("$")  # loggers put their own clock before it
-        if at < 0:
-            continue
-        if line[at + 3 : at + 6] not in _KINDS:
+        match = _SENTENCE.search(line)
+        if match is None or match[1] not in _KINDS:
             continue
         log.sentences += 1
         check_samples(path, f"line {number}", log.sentences, limit=len(_KINDS) * MAX_FIXES)
         try:
-            _add_sentence(log, pynmea2.parse(line[at:].strip(), check=True), number)
+            _add_sentence(log, pynmea2.parse(match[0].strip(), check=True), number)
         except pynmea2.SentenceTypeError:
             continue
         except (pynmea2.ParseError, ValueError, TypeError, AttributeError):  # fields that are no numbers, or missing
-            log.torn += 1
-    if log.torn > _TORN * log.sentences:
-        raise InputError(
-            path,
-            "",
-            f"{log.torn} of {log.sentences} sentences are torn",
-            "record again with a lower rate or faster port",
-        )
+            log.torn.append(f"line {number}")
+    repairs = Repairs(path)
+    fix = "record again with a lower rate or faster port"
+    repairs.add("sentence(s) that are torn", log.torn, log.sentences, most=_TORN, fix=fix)
+    for words, places in (("without a fix", log.without_fix), ("marked as not exact", log.poor)):
+        repairs.add(f"sentence(s) {words}", places, log.sentences, most=UNKNOWN)
     if len(log.moments) < 3:
         raise InputError(
             path, "", f"{len(log.moments)} GGA sentences with a fix are no recording", "log GGA (and RMC) of the run"
         )
-    return _columns(path, log)
+    return _fixes(log, repairs)
 
 
 def _add_sentence(log: _Log, sentence: Any, number: int) -> None:  # Any: the library makes its classes from a table
@@ -93,36 +101,32 @@ def _add_sentence(log: _Log, sentence: Any, number: int) -> None:  # Any: the li
         if log.first_day is None and isinstance(sentence.datestamp, date):
             log.first_day = sentence.datestamp - timedelta(days=log.days)
         if sentence.status == "A":
-            log.speed_course[moment] = (_KNOT * float(sentence.spd_over_grnd), float(sentence.true_course))
-    elif not sentence.gps_qual:
-        log.without_fix += 1
+            log.speed_course[moment] = (_KNOT * _number(sentence.spd_over_grnd), _number(sentence.true_course))
+    elif not sentence.gps_qual or int(sentence.gps_qual) in _NO_MEASUREMENT:
+        log.without_fix.append(f"line {number}")
+    elif _number(sentence.horizontal_dil) >= _UNKNOWN_DILUTION:
+        log.poor.append(f"line {number}")
     else:
-        place = (float(sentence.latitude), float(sentence.longitude), float(sentence.altitude))
+        unit = _UNITS[sentence.altitude_units or "M"] if sentence.altitude_units in ("", None, *_UNITS) else np.nan
+        place = (float(sentence.latitude), float(sentence.longitude), unit * _number(sentence.altitude))
         log.moments.append(moment)
         log.lines.append(number)
         log.places.append(place)
 
 
-def _columns(path: Path, log: _Log) -> Fixes:
-    moments = np.array(log.moments)
-    latitude, longitude, altitude = np.array(log.places).T.copy()
-    columns = {
-        "time_s": moments - moments[0],
-        "latitude_deg": latitude,
-        "longitude_deg": longitude,
-        "altitude_m": altitude,
-    }
-    notes = []
-    if all(moment in log.speed_course for moment in log.moments):  # only where every fix has them
-        both = np.array([log.speed_course[moment] for moment in log.moments])
-        columns |= dict(zip(OPTIONAL[:2], both.T.copy(), strict=True))
-    if all(moment in log.spread for moment in log.moments):
-        columns["sigma_m"] = np.array([log.spread[moment] for moment in log.moments])
-    if log.torn:
-        notes.append(f"{path.name}: {log.torn} torn sentence(s) left out")
-    if log.without_fix:
-        notes.append(f"{path.name}: {log.without_fix} sentence(s) without a fix left out")
+def _number(text: Any) -> float:  # Any: the library gives a number, a text or nothing
+    """Return the number of a field, NaN where it is empty.  Raises ValueError for other text."""
+    return np.nan if text in (None, "") else float(text)
+
+
+def _fixes(log: _Log, repairs: Repairs) -> Fixes:
+    unknown = (np.nan, np.nan)
+    rows = [
+        (moment, *place, *log.speed_course.get(moment, unknown), log.spread.get(moment, np.nan))
+        for moment, place in zip(log.moments, log.places, strict=True)
+    ]
     began = None
     if log.first_day is not None:
-        began = datetime.combine(log.first_day, time(), UTC).timestamp() + float(moments[0])
-    return Fixes(columns, tuple(f"line {line}" for line in log.lines), began=began, notes=tuple(notes))
+        began = datetime.combine(log.first_day, time(), UTC).timestamp() + log.moments[0]
+    places = tuple(f"line {line}" for line in log.lines)
+    return fixes_of_rows(repairs, np.array(rows), places, "sentence(s)", log.moments[0], began)

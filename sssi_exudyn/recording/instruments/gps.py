@@ -17,19 +17,24 @@ import pymap3d
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.bounds import MAX_FIXES, MAX_RATE, check_samples
-from sssi_exudyn.io.table import Clock, bridge_gaps, check_time
+from sssi_exudyn.io.table import SHORT_GAP, Clock, bridge_gaps
+from sssi_exudyn.recording.instruments.fix_repairs import DEGREE, FASTEST, repaired
 from sssi_exudyn.recording.instruments.fixes import Fixes, fixes_csv, fixes_gpx
 from sssi_exudyn.recording.instruments.fixes_fit import fixes_fit
 from sssi_exudyn.recording.instruments.fixes_nmea import fixes_nmea
 
 _BOUNDS: Final = {
     "altitude_m": (-500.0, 9000.0),
-    "speed_mps": (0.0, 75.0),
+    "speed_mps": (0.0, FASTEST),
     "course_deg": (-360.0, 360.0),
     "sigma_m": (1e-4, 100.0),
 }
-_FASTEST: Final = 75.0
-"""Largest speed, m/s; above the fastest skier (record of speed skiing 255 km/h = 70.8 m/s)."""
+_DECIMALS: Final = range(3, 8)
+"""Decimals of degrees at which places are rounded noticeably: 110 m to 1 cm."""
+_ROUNDED: Final = 0.3
+"""Error by rounding over the standard deviation of a fix, from which on it counts."""
+_LEVEL: Final = 2.0
+"""Difference of heights, m, within which a part of a track counts as level."""
 _TURN_ACCELERATION: Final = 5.0
 """Largest acceleration of a skier in a gap, m/s², for the uncertainty of an interpolated fix."""
 _UNITS: Final = {"km/h": 3.6, "mph": 2.237, "knots": 1.944, "feet per second": 3.281}
@@ -105,8 +110,15 @@ def add_fix_reader(reader: FixReader) -> None:
         raise ValueError(f"files {reader.suffix} have a reader already")
 
 
-def read_fixes(path: Path) -> Fixes:
-    """Read the fixes of a file with the reader of its suffix; raises InputError for a suffix without reader."""
+def read_fixes(path: Path, sigma: float | None = None) -> Fixes:
+    """Read the fixes of a file with the reader of its suffix, without those that cannot be used.
+
+    Parameters
+    ----------
+    sigma : m, standard deviation of a horizontal fix, where the file does not have it; None where unknown
+
+    Raises InputError for a suffix without reader, for whatever the reader refuses, and where too many fixes are bad.
+    """
     try:
         reader = READERS[path.suffix.lower()]
     except KeyError:
@@ -114,10 +126,20 @@ def read_fixes(path: Path) -> Fixes:
         raise InputError(
             path, "", f"no reader for {path.suffix!r}", f"export the fixes as {', '.join(others)} or {last}"
         ) from None
-    return reader(path)
+    fixes = reader(path)
+    check_samples(path, "", len(fixes.places), limit=MAX_FIXES)
+    return repaired(path, fixes, sigma)
 
 
-def read_gps(path: Path, *, segment: str, offset: Array, sigma: float | None, time_offset: float = 0.0) -> Gps:
+def read_gps(
+    path: Path,
+    *,
+    segment: str,
+    offset: Array,
+    sigma: float | None,
+    time_offset: float = 0.0,
+    covered: tuple[float, float] | None = None,
+) -> Gps:
     """Read fixes with the reader of the file's suffix, check them and fill short gaps.
 
     Parameters
@@ -126,11 +148,15 @@ def read_gps(path: Path, *, segment: str, offset: Array, sigma: float | None, ti
     segment, offset : the antenna's place (see Gps)
     sigma : m, standard deviation of a horizontal fix; the file's own column is preferred to it
     time_offset : s, added to the file's times
+    covered : s, the stretch of the recording's clock that the other instruments cover; None where there are none
 
     Raises InputError for a suffix without reader, for anything that the reader refuses, and for the faults described in
     ``gps_from_fixes``.
     """
-    return gps_from_fixes(path, read_fixes(path), segment=segment, offset=offset, sigma=sigma, time_offset=time_offset)
+    fixes = read_fixes(path, sigma)
+    return gps_from_fixes(
+        path, fixes, segment=segment, offset=offset, sigma=sigma, time_offset=time_offset, covered=covered
+    )
 
 
 def gps_from_fixes(
@@ -141,16 +167,17 @@ def gps_from_fixes(
     offset: Array,
     sigma: float | None,
     time_offset: float = 0.0,
+    covered: tuple[float, float] | None = None,
 ) -> Gps:
     """Check fixes, convert them to east-north-up and fill their gaps; parameters are those of ``read_gps``.
 
-    Raises InputError for coordinates out of range, constant or swapped, and for time that stands still or runs back.
-    Raises it too for a jump that no skier can make, a speed in another unit, and a missing standard deviation.
+    Of a track with long pauses, the part is kept that leads down most while the other instruments measure.
+
+    Raises InputError for coordinates out of range, constant or swapped, for a speed in another unit, and for a missing
+    standard deviation.
     """
     columns, places = fixes.columns, fixes.places
-    check_samples(path, "", len(places), limit=MAX_FIXES)
     _check_columns(path, columns, places)
-    check_time(path, columns["time_s"], places)
     _check_rate(path, columns["time_s"], places)
     lat, lon, alt = columns["latitude_deg"], columns["longitude_deg"], columns["altitude_m"]
     origin = (float(lat[0]), float(lon[0]), float(alt[0]))
@@ -163,8 +190,13 @@ def gps_from_fixes(
         raise InputError(
             path, "", "the standard deviation of a fix is not given", "give sigma_m in [gps], e.g. 0.02 for RTK"
         )
-    _check_travel(path, columns, enu, spread, places)
-    clock = bridge_gaps(path, columns["time_s"])
+    _check_travel(path, columns, enu)
+    spread, coarse = _with_rounding(path, columns, spread)
+
+    def descent(part: slice) -> float:
+        return _descent(columns["time_s"][part] + time_offset, enu[part, 2], covered)
+
+    clock = bridge_gaps(path, columns["time_s"], merit=descent)
     check_samples(path, "time_s, with gaps filled", len(clock.time), limit=MAX_FIXES)
     keep = clock.keep
     speed, course = columns.get("speed_mps"), columns.get("course_deg")
@@ -181,7 +213,7 @@ def gps_from_fixes(
         offset=np.asarray(offset, dtype=float),
         speed=None if speed is None else _linear(clock, speed[keep]),
         course=None if turned is None else _linear(clock, turned),
-        notes=fixes.notes + clock.notes,
+        notes=fixes.notes + coarse + clock.notes,
     )
 
 
@@ -203,9 +235,6 @@ def _check_columns(path: Path, columns: dict[str, Array], places: tuple[str, ...
         raise InputError(
             path, f"{places[first]}, longitude_deg", f"{lon[first]:g} is no longitude", "give decimal degrees"
         )
-    lost = (lat == 0.0) & (lon == 0.0)
-    if np.any(lost):
-        raise InputError(path, places[int(np.argmax(lost))], "latitude and longitude are 0: no fix", "delete it")
     for name, (low, high) in _BOUNDS.items():
         if name in columns:
             bad = (columns[name] < low) | (columns[name] > high)
@@ -241,20 +270,36 @@ def _check_rate(path: Path, time: Array, places: tuple[str, ...]) -> None:
         )
 
 
-def _check_travel(path: Path, columns: dict[str, Array], enu: Array, sigma: Array, places: tuple[str, ...]) -> None:
-    """Raise InputError for jumps that no skier makes, an antenna at rest, and speeds in another unit."""
+def _with_rounding(path: Path, columns: dict[str, Array], sigma: Array) -> tuple[Array, tuple[str, ...]]:
+    """Widen the standard deviations (n,) m of fixes whose degrees have few decimals, and say so where it matters."""
+    for digits in _DECIMALS:
+        scaled = 10.0**digits * np.stack([columns["latitude_deg"], columns["longitude_deg"]])
+        if np.all(np.abs(scaled - np.round(scaled)) < 1e-4):
+            error = DEGREE * 10.0**-digits / np.sqrt(12.0)  # of a place that is rounded to a step
+            if error < _ROUNDED * float(np.median(sigma)):
+                break
+            words = f"{path.name}: degrees have {digits} decimals only; fixes are taken as {error:.2g} m less exact"
+            return np.hypot(sigma, error), (words,)
+    return sigma, ()
+
+
+def _descent(time: Array, height: Array, covered: tuple[float, float] | None) -> float:
+    """Return by how much (m) a part of a track leads down while the other instruments measure.
+
+    It is 0 for a part that leads up or is level to within ``_LEVEL``, and −1 for one that they do not cover.
+    """
+    start, stop = (-np.inf, np.inf) if covered is None else covered
+    inside = (time >= start) & (time <= stop)
+    if np.count_nonzero(inside) < 2 or np.ptp(time[inside]) < SHORT_GAP:
+        return -1.0
+    down = float(height[inside][0] - height[inside][-1])
+    return down if down > _LEVEL else 0.0
+
+
+def _check_travel(path: Path, columns: dict[str, Array], enu: Array) -> None:
+    """Raise InputError for an antenna at rest, and speeds in another unit."""
     time = columns["time_s"]
-    steps, intervals = np.linalg.norm(np.diff(enu[:, :2], axis=0), axis=1), np.diff(time)
-    # six sigma of the difference of two fixes: noise alone must not be called a jump
-    bad = steps > _FASTEST * intervals + 6.0 * np.hypot(sigma[1:], sigma[:-1])
-    if np.any(bad):
-        first = int(np.argmax(bad)) + 1
-        raise InputError(
-            path,
-            places[first],
-            f"the antenna jumps by {steps[first - 1]:.0f} m in {intervals[first - 1]:.2f} s",
-            "correct or delete this fix",
-        )
+    intervals = np.diff(time)
     extent = float(np.linalg.norm(np.ptp(enu[:, :2], axis=0)))
     if extent < 2.0:
         raise InputError(

@@ -7,7 +7,7 @@ A file has one line per sample: ``time_s``; ``rate_x_radps``, ``rate_y_radps``, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -16,7 +16,8 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.io.bounds import MAX_SENSOR, check_samples
-from sssi_exudyn.io.table import Clock, Table, bridge_gaps, check_time, read_table
+from sssi_exudyn.io.repairs import Repairs
+from sssi_exudyn.io.table import Clock, Table, bridge_gaps, in_order, read_table
 
 PLACES: Final = ("left_ski", "right_ski", "left_boot", "right_boot", "chest", "pelvis", "pocket")
 """Places where a sensor may sit.  In a pocket it turns with the body, but its mounting is unknown."""
@@ -25,10 +26,13 @@ FEET: Final = {"left": ("left_ski", "left_boot"), "right": ("right_ski", "right_
 _RATE: Final = tuple(f"rate_{axis}_radps" for axis in "xyz")
 _FORCE: Final = tuple(f"acceleration_{axis}_mps2" for axis in "xyz")
 _ORIENTATION: Final = tuple(f"orientation_{part}" for part in "wxyz")
+_CHANNELS: Final = ("time_s", *_RATE, *_FORCE, *_ORIENTATION)
 _SLOWEST: Final = 5.0
 """Minimum rate of a sensor, Hz; below it turns of two seconds hardly show."""
 _FASTEST_RATE: Final = 70.0
 """Largest angular rate, rad/s, beyond all gyroscopes in use (4000 °/s); numbers in °/s usually exceed it."""
+_SPIKES: Final = 0.01
+"""Largest share of samples beyond all gyroscopes that are single errors, and not another unit."""
 _FALL: Final = (0.5 * GRAVITY, 3.0 * GRAVITY)
 """Range, m/s², of the median specific force of anything that is worn on a run."""
 _PRESSURE: Final = (3e4, 1.1e5)
@@ -79,17 +83,19 @@ class Barometer:
 def read_imu(path: Path, place: str, time_offset: float = 0.0) -> Imu:
     """Read a sensor's file; ``time_offset`` (s) is added to its times.
 
-    Raises InputError for missing columns, time that runs back, samples too far apart, rates in degrees, forces in g, a
-    channel that never changes, and the faults of ``read_table``.
+    Single bad lines are left out and noted.  Raises InputError for missing columns, more bad lines than ``Repairs``
+    allows, samples too far apart, rates in degrees, forces in g, a channel that never changes, and the faults of
+    ``read_table``.
     """
     path = Path(path)
-    table = read_table(path)
+    table = read_table(path, lambda _: (_CHANNELS, ()))
     _require(path, table, ("time_s", *_RATE))
     force, orientation = ([name for name in names if name in table.columns] for names in (_FORCE, _ORIENTATION))
     if not orientation or force:
         _require(path, table, _FORCE)
     if orientation:
         _require(path, table, _ORIENTATION)
+    table = _without_spikes(in_order(table))
     time, clock = _clock(path, table)
     if np.median(np.diff(time)) > 1.0 / _SLOWEST:
         raise InputError(
@@ -100,9 +106,9 @@ def read_imu(path: Path, place: str, time_offset: float = 0.0) -> Imu:
         )
     check_channels(table)
     even = np.linspace(clock.time[0], clock.time[-1], len(clock.time))
-    used = ("time_s", *_RATE, *force, *orientation)
-    unknown = [name for name in table.columns if name not in used]
-    notes = clock.notes + ((f"{path.name}: columns not used: {', '.join(unknown)}",) if unknown else ())
+    notes = table.notes + clock.notes
+    if table.unused:
+        notes += (f"{path.name}: columns not used: {', '.join(table.unused)}",)
     quaternion = None
     if orientation:
         quaternion = _at(even, time, clock, _without_sign_jumps(path, table))
@@ -134,11 +140,13 @@ def check_channels(table: Table) -> None:
 def read_barometer(path: Path, time_offset: float = 0.0) -> Barometer:
     """Read ``time_s,pressure_Pa``; ``time_offset`` (s) is added to its times.
 
-    Raises InputError for missing columns, pressures that no mountain has, a constant pressure, and time that runs back.
+    Raises InputError for missing columns, pressures that no mountain has, a constant pressure, and more bad lines than
+    ``Repairs`` allows.
     """
     path = Path(path)
-    table = read_table(path)
+    table = read_table(path, lambda _: (("time_s", "pressure_Pa"), ()))
     _require(path, table, ("time_s", "pressure_Pa"))
+    table = in_order(table)
     time, clock = _clock(path, table)
     pressure = table.columns["pressure_Pa"]
     bad = (pressure < _PRESSURE[0]) | (pressure > _PRESSURE[1])
@@ -150,7 +158,9 @@ def read_barometer(path: Path, time_offset: float = 0.0) -> Barometer:
         )
     if np.ptp(pressure) == 0.0:
         raise InputError(path, "column pressure_Pa", "it never changes: a dead channel", "leave the barometer out")
-    return Barometer(clock.time + time_offset, _at(clock.time, time, clock, pressure[:, None])[:, 0], clock.notes)
+    return Barometer(
+        clock.time + time_offset, _at(clock.time, time, clock, pressure[:, None])[:, 0], table.notes + clock.notes
+    )
 
 
 def _require(path: Path, table: Table, names: tuple[str, ...]) -> None:
@@ -164,9 +174,18 @@ def _require(path: Path, table: Table, names: tuple[str, ...]) -> None:
         )
 
 
+def _without_spikes(table: Table) -> Table:
+    """Leave out single samples beyond all gyroscopes; many of them are rates in another unit (``check_channels``)."""
+    spikes = np.any(np.abs(_columns(table, _RATE)) > _FASTEST_RATE, axis=1)
+    if np.mean(spikes) > _SPIKES:
+        return table
+    repairs = Repairs(table.file)
+    repairs.add_at(f"line(s) with a rate beyond {_FASTEST_RATE:g} rad/s", spikes, table.places)
+    return replace(table.rows(~spikes), notes=table.notes + repairs.notes)
+
+
 def _clock(path: Path, table: Table) -> tuple[Array, Clock]:
     time = table.columns["time_s"]
-    check_time(path, time, tuple(f"line {line}" for line in table.lines))
     clock = bridge_gaps(path, time, len(table.columns))
     check_samples(path, "time_s, with gaps filled", len(clock.time), limit=MAX_SENSOR)
     return time, clock

@@ -12,12 +12,14 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.files import read_text
-from sssi_exudyn.io.table import Table, bridge_gaps, check_time, read_table
+from sssi_exudyn.io.table import Table, bridge_gaps, in_order, read_table
 
 _CELL: Final = re.compile(r"(left|right)_([0-9]{1,4})_N")
 _SHARE_STUCK: Final = 0.2
 """Share of the run for which a dead cell stays on one value while its foot is loaded."""
 
+_SLOWEST: Final = 0.25
+"""Largest step between samples, s; a turn of two seconds has eight of them."""
 _LARGEST_FORCE: Final = 2e4
 """Largest force on one foot or cell, N; ten times what racers reach."""
 
@@ -52,25 +54,27 @@ def read_insoles(path: Path, time_offset: float = 0.0) -> Insoles:
     path : the file
     time_offset : s, added to the file's times
 
-    Raises InputError for missing columns, feet with different numbers of cells, time that stands still or runs back,
-    and a foot whose cells are all dead.  Single dead cells are left out of the sums and noted.
+    Single dead cells are left out of the sums and noted, single torn lines and repeated times left out and noted.
+    Raises InputError for missing columns, feet with different numbers of cells, more bad lines than ``Repairs`` allows,
+    samples too far apart, and a foot whose cells are all dead.
     """
     path = Path(path)
-    table = read_table(path)
+    table = read_table(path, _chosen)
     left, right = _cell_names(table)
+    table = in_order(table)
     time = table.columns["time_s"]
-    check_time(path, time, tuple(f"line {line}" for line in table.lines))
     values = np.column_stack([table.columns[name] for name in left + right])
     _check_forces(path, table, left + right, values)
+    _check_step(path, time)
     dead = _dead(path, left, values[:, : len(left)]) + _dead(path, right, values[:, len(left) :])
     clock = bridge_gaps(path, time, len(left + right))
     kept = time[clock.keep]
     cells = np.column_stack([np.interp(clock.time, kept, column[clock.keep]) for column in values.T])
     living = {name: name not in dead for name in left + right}
-    notes = list(clock.notes)
+    notes = [*table.notes, *clock.notes]
     if dead:
         notes.append(f"{path.name}: dead cells {', '.join(dead)} are left out of the sums; replace the insole's cells")
-    unused = [name for name in table.columns if name != "time_s" and name not in living]
+    unused = (*table.unused, *(name for name in table.columns if name != "time_s" and name not in living))
     if unused:
         notes.append(f"{path.name}: columns not used: {', '.join(unused)}")
     left_cells, right_cells = cells[:, : len(left)], cells[:, len(left) :]
@@ -89,6 +93,13 @@ def is_insoles(path: Path) -> bool:
     """Return whether a CSV file's header has columns of forces under feet."""
     names = [name.strip() for name in read_text(path).partition("\n")[0].split(",")]
     return any(_CELL.fullmatch(name) or name in ("left_N", "right_N") for name in names)
+
+
+def _chosen(names: list[str]) -> tuple[list[str], list[str]]:
+    """Return the columns of times and forces."""
+    totals = {"left_N", "right_N"}
+    forces = totals if totals <= set(names) else {name for name in names if _CELL.fullmatch(name)}
+    return ["time_s", *forces], []
 
 
 def _cell_names(table: Table) -> tuple[list[str], list[str]]:
@@ -112,6 +123,15 @@ def _cell_names(table: Table) -> tuple[list[str], list[str]]:
             "name the columns left_1_N …, right_1_N …, as many on each foot, or left_N,right_N",
         )
     return left, right
+
+
+def _check_step(path: Path, time: Array) -> None:
+    """Raise InputError for samples too far apart to show turns, as times in milliseconds look."""
+    step = float(np.median(np.diff(time)))
+    if step > _SLOWEST:
+        looks = "time_s looks like milliseconds: " if _SLOWEST > 1e-3 * step > 1e-3 else ""
+        problem = f"{looks}{step:.3g} s between samples do not show turns"
+        raise InputError(path, "column time_s", problem, "give time in seconds, at 4 Hz or more")
 
 
 def _check_forces(path: Path, table: Table, names: list[str], values: Array) -> None:

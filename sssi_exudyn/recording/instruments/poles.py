@@ -10,7 +10,7 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.io.table import bridge_gaps, check_time, read_table
+from sssi_exudyn.io.table import bridge_gaps, in_order, read_table
 
 COLUMNS: Final = ("left_N", "right_N")
 MOST_PLANTS: Final = 60
@@ -60,18 +60,18 @@ def read_poles(path: Path, time_offset: float = 0.0) -> Poles:
     ----------
     time_offset : s, added to the file's times
 
-    A cell's reading at rest, its median, is subtracted.  Raises InputError for missing columns, time that stands still
-    or runs back, forces that no pole bears, and a cell that shows one value all the time.
+    A cell's reading at rest, its median, is subtracted.  Raises InputError for missing columns, more bad lines than
+    ``Repairs`` allows, forces that no pole bears, and a cell that shows one value all the time.
     """
     path = Path(path)
-    table = read_table(path)
+    table = read_table(path, lambda _: (("time_s", *COLUMNS), ()))
     for name in ("time_s", *COLUMNS):
         if name not in table.columns:
             raise InputError(path, "header", f"column {name} is missing", "name the columns time_s,left_N,right_N")
+    table = in_order(table)
     time = table.columns["time_s"]
-    check_time(path, time, tuple(f"line {line}" for line in table.lines))
     clock = bridge_gaps(path, time, len(COLUMNS))
-    notes, forces = list(clock.notes), []
+    notes, forces = [*table.notes, *clock.notes], []
     for name in COLUMNS:
         values = table.columns[name]
         rest = float(np.median(values))

@@ -98,9 +98,17 @@ def test_the_skiing_is_the_longest_stretch_at_speed() -> None:
     time = np.arange(0.0, 100.0)
     speed = np.where((time > 20.0) & (time < 80.0), 6.0, 0.2)
     speed[50:53] = 0.5
-    assert skiing_stretch(time, speed) == (21.0, 79.0)
+    assert skiing_stretch(time, speed, -time) == (21.0, 79.0)
     with pytest.raises(SssiError, match="never faster"):
-        skiing_stretch(time, np.full(100, 0.3))
+        skiing_stretch(time, np.full(100, 0.3), -time)
+
+
+def test_a_longer_way_up_is_no_skiing() -> None:
+    time = np.arange(0.0, 200.0)
+    speed = np.where((time < 100.0) | (time > 120.0), 5.0, 0.2)
+    height = np.where(time < 110.0, time, 110.0 - 0.8 * (time - 110.0))
+    assert skiing_stretch(time, speed, height) == (121.0, 199.0)
+    assert skiing_stretch(time, speed, 0.0 * time) == (0.0, 99.0)  # level: the longest
 
 
 @pytest.mark.long
@@ -207,7 +215,7 @@ def test_a_barometers_heights_are_used(in_a_pocket: Path, tmp_path: Path) -> Non
         (lambda t: t.assign(**{c: t[c] / 9.81 for c in t.columns if c.startswith("acc")}), "give m/s², not g"),
         (lambda t: t.assign(rate_y_radps=0.25), "a dead channel"),
         (lambda t: t.iloc[::50], "do not show turns"),
-        (lambda t: t.assign(time_s=t.time_s.to_numpy()[::-1]), "time runs back"),
+        (lambda t: t.assign(time_s=t.time_s.to_numpy()[::-1]), "runs back"),
     ],
 )
 def test_broken_channels_are_reported(in_a_pocket: Path, tmp_path: Path, change: object, message: str) -> None:

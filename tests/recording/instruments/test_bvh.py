@@ -112,8 +112,7 @@ def spoil(text: str, row: int, word: str) -> str:
 
 
 FAULTS = {
-    "frames missing": (lambda t: cut_rows(t, 40), "line", "truncated"),
-    "last line torn": (lambda t: t.rstrip("\n")[:-30], "line", "values where 66 are due"),
+    "frames missing": (lambda t: cut_rows(t, 60), "line", "truncated"),
     "cut in the hierarchy": (lambda t: t[:900], "line", "truncated"),
     "cut after MOTION": (lambda t: t[: t.index("Frame Time")], "line", "truncated"),
     "too many frames": (lambda t: t.replace("Frames: 481", "Frames: 480"), "line", "480 frames, 481 are there"),
