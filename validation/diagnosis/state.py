@@ -106,7 +106,7 @@ def first_fit(problem: DiagnosisProblem, *, full: bool = False) -> tuple[Diagnos
 def _beneath(problem: DiagnosisProblem, posterior: Posterior) -> tuple[DiagnosisProblem, Posterior]:
     """The surface as a process beneath the posture of an estimate, whose heights leave waves too short for its modes.
 
-    It stays that for all that is compared after.  Taken from the heights beside each explanation again, these waves make
+    It stays that for all that is compared after.  Taken again from the heights with each explanation, these waves make
     up for what it does to the snow, and a bump that is not there gained 12 in log evidence.
     """
     process = surface_process(posterior.model, problem.recording, problem.motion)

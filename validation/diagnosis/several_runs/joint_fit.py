@@ -108,7 +108,7 @@ def joint_evidence(runs: Sequence[DayRun], extra: Sequence[Freedom] | None = Non
 
 
 def day_run(own: SeparateFit, linear: LinearModel, levels: NoiseLevels) -> DayRun:
-    """Return what the day needs of a run whose linear model is about its own fit, or about one with as many parameters."""
+    """Return what the day needs of a run, linear about its own fit or about one with as many parameters."""
     names = [p.names[0] for p in own.fit.parameters]
     mounting = linear.free.columns.shape[1] - len(names)  # those of the instruments' mounting come first
     return DayRun(linear, levels, tuple(mounting + names.index(name) for name in SHARED))

@@ -119,7 +119,7 @@ class Way:
     def passes(
         self, other: Way, window: tuple[float, float], near_path: float = THRESHOLDS.near_path
     ) -> NDArray[np.bool_]:
-        """Return (n,) instants at which this way is within ``near_path`` (m) of where the other was in that time (s)."""
+        """Return (n,) instants at which this path is within ``near_path`` (m) of the other's in that time (s)."""
         there = other.places[(other.time >= window[0]) & (other.time <= window[1])]
         if len(there) == 0:
             return np.zeros(len(self.time), dtype=bool)
@@ -228,7 +228,7 @@ def update(searched: Round, passes: Sequence[Pass]) -> tuple[Explanation, ...]:
 
 
 def gains_of(passes: Sequence[Pass]) -> dict[str, float]:
-    """Return the log evidence of all passes together, by the names of what keeps to a place; -inf for what cannot be."""
+    """Return the log evidence of all passes together, by the names of what keeps to a place; -inf if impossible."""
     gains: dict[str, float] = {}
     for each in passes:
         for name, gain in each.log_evidence.items():
