@@ -24,8 +24,8 @@ PACKAGE = ("sssi_exudyn", "bodies", "contact", "fitting", "validation")
 EXCEPTIONS = Path(__file__).with_name("house_rules.json")
 FRAGMENTS = {
     "about", "as", "at", "besides", "between", "by", "each", "every", "for", "from", "how", "if", "in", "into",
-    "likewise", "of", "on", "once", "one", "so", "such", "that", "these", "this", "those", "to", "what", "when", "where",
-    "whether", "which", "who", "whose", "with",
+    "likewise", "of", "on", "once", "one", "so", "such", "that", "these", "this", "those", "to", "what", "when",
+    "where", "whether", "which", "who", "whose", "with",
 }  # fmt: skip
 """Words that begin no sentence of the form "Return the load on each ski." or "The load on each ski."."""
 SAYS_NOTHING = {"found", "each", "anew", "beside", "told"}
