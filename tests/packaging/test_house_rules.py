@@ -91,7 +91,7 @@ def obscure_words() -> Iterator[tuple[str, str]]:
                     yield path, word.lower()
 
 
-def tests_that_import_tests() -> Iterator[tuple[str, str]]:
+def imports_of_tests() -> Iterator[tuple[str, str]]:
     """Yield the file of every test that imports another, and the other."""
     for path, tree in sources("tests"):
         for node in ast.walk(tree):
@@ -104,7 +104,7 @@ RULES = {
     "docstrings that open as fragments": fragments,
     "variables that do not say what they hold": empty_names,
     "words that make a reader stop": obscure_words,
-    "tests that import tests": tests_that_import_tests,
+    "tests that import tests": imports_of_tests,
 }
 
 

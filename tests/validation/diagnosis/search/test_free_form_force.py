@@ -30,6 +30,7 @@ from sssi_exudyn.validation.diagnosis.search.free_form_force import (
     weigh_free_form,
 )
 from sssi_exudyn.validation.diagnosis.state import Reestimate, first_fit
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
 LAWS = ("snow_patch", "gust")
 
@@ -62,7 +63,11 @@ def compared() -> Compared:
     recording, motion = displaced_by("beginner", start, stop, lambda _run: brake)
     hypotheses = [BY_NAME[name] for name in (*LAWS, "unexplained_force")]
     model = model_of(recording, motion)
-    about = Reestimate(*first_fit(diagnosis_problem(recording, motion, model, hypotheses=hypotheses)))
+    # both laws are refitted, however little they explain linearly
+    every_law = replace(THRESHOLDS, worthwhile=20.0, hopeful=20.0)
+    about = Reestimate(
+        *first_fit(diagnosis_problem(recording, motion, model, hypotheses=hypotheses, thresholds=every_law))
+    )
     return Compared(about, compare_hypotheses(about.problem, about.state, about.fit))
 
 
