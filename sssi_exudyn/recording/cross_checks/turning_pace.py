@@ -20,6 +20,12 @@ _STEP: Final = 0.1
 _MOST: Final = 400
 """Maximum number of fixes that are compared."""
 _FEWEST: Final = 8
+_SHORTEST: Final = 6.0
+"""Least duration, s, over which turns are compared: one turn alone fits at any pace."""
+_FEWEST_TURNS: Final = 3
+"""Least number of turns that are compared."""
+_STRAIGHT: Final = 0.5
+"""Sideways acceleration, m/s², below which a track is straight."""
 _COVERED: Final = 0.7
 """Share of the fixes that has to lie within the motion for a pair of rate and offset to count."""
 _SKID: Final = (-0.12, 0.0)
@@ -88,7 +94,10 @@ def pace_of_turns(evidence: Evidence) -> Pace | None:
     track = turning_of_track(gps, evidence.start, evidence.stop)
     every = 1 + len(track.time) // _MOST
     track = TrackTurning(track.time[::every], track.course[::every], track.to_left[::every])
-    if len(track.time) < _FEWEST or np.std(track.course) < _LEAST_TURNED:
+    if len(track.time) < _FEWEST or np.ptp(track.time) < _SHORTEST or np.std(track.course) < _LEAST_TURNED:
+        return None
+    turns = 1 + np.count_nonzero(np.diff(np.sign(track.to_left[np.abs(track.to_left) > _STRAIGHT])))
+    if turns < _FEWEST_TURNS:
         return None
     offsets = np.arange(-_LATEST, _LATEST + 0.5 * _STEP, _STEP)
     skis, time = direction_of_skis(bvh), bvh.time

@@ -94,6 +94,14 @@ def test_a_frame_rate_that_is_wrong_shows_in_the_turns(tmp_path: Path, factor: f
     assert found == pytest.approx(1.0 / factor, abs=0.03)  # steps of 1 %, and two turns only
 
 
+@pytest.mark.parametrize(("seconds", "factor"), [(4.0, 1.0), (4.0, 0.85), (5.5, 1.2)])
+def test_a_turn_or_two_say_nothing_of_a_clock(tmp_path: Path, seconds: float, factor: float) -> None:
+    rotations, gps = motion(swing=2.5)
+    short = {name: column[: round(10.0 * seconds) + 1] for name, column in gps.items()}
+    tiny = Tiny(toml=TOML.split("[insoles]")[0], rotations=rotations, gps=short, frame_time=factor / 60.0)
+    assert "pace" not in notices(tmp_path, tiny)
+
+
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
