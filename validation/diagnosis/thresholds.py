@@ -9,8 +9,7 @@ guards, and counts of points that are drawn, stand where they are used.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 _EARLY: Final = "benchmark seeds 2026, 4001, 4002, 5000 and the ten recordings of an independent world"
@@ -272,20 +271,3 @@ class Thresholds:
 
 THRESHOLDS: Final = Thresholds()
 """Those that the program uses."""
-
-
-@dataclass(frozen=True)
-class Chosen:
-    """A chosen number: value, reason, and the data that it was chosen on."""
-
-    value: float | tuple[float, ...]
-    reason: str
-    chosen_on: str
-
-
-def chosen_numbers(thresholds: Thresholds = THRESHOLDS) -> Mapping[str, Chosen]:
-    """Return all of them by their names."""
-    return {
-        each.name: Chosen(getattr(thresholds, each.name), each.metadata[_REASON], each.metadata[_CHOSEN_ON])
-        for each in fields(thresholds)
-    }
