@@ -73,7 +73,7 @@ def test_effective_friction_is_right_within_what_is_said_of_it(
     stated_error = float(np.linalg.norm([shares.track[index], shares.posture[index], shares.slope[index]]))
     assert abs(shares.effective - true) < 2.0 * stated_error
     assert stated_error < 0.1 * true
-    # A wedge's skis, 9° apart, are taken as parallel, and headings are 8° off besides (standard deviation): the skier
+    # A wedge's skis, 9° apart, are taken as parallel, and headings are also 8° off (standard deviation): the skier
     # seems to skid less than he does, and what is missed of friction across, up to μ_n sin 9°, is found along the ski.
     assert 0.0 < fitted.values[index] - TRUE["friction.mu_t"] < TRUE["friction.mu_n"] * np.sin(np.radians(9.0))
     assert shares.effective > fitted.values[index]

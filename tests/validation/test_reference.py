@@ -106,7 +106,7 @@ def test_the_flat_skis_vibrations_are_the_frames() -> None:
     flat = FlatModel(*bundled_model("beginner"))
     ski = flat_ski(flat.parts)
     frame = modal_ski(mesh(flat.parts.model.ski, 50), 12).frequency
-    # every one of the flat ski's is in the frame, which has sideways bending besides: 4 % for shear, lumped masses and
+    # every one of the flat ski's is in the frame, which also bends sideways: 4 % for shear, lumped masses and
     # a shovel that is not shallow
     for frequency in ski.omega / (2.0 * np.pi):
         assert np.min(np.abs(frame / frequency - 1.0)) < 0.04

@@ -134,13 +134,13 @@ def _confirm(
 
     first : the fit without any finding;  rounds : of the search, to which that round is added
     """
-    names = sorted(each.explanation.name for each in accepted)
+    names = sorted(finding.explanation.name for finding in accepted)
     problem, state = about.problem, about.state
     try:
         (problem, state), accepted = compare_again(problem, state, accepted, full=full)
     except SimulationDiverged as error:
         problem.progress(None, f"findings are not compared again: {error}")
-    if names == sorted(each.explanation.name for each in accepted):
+    if names == sorted(finding.explanation.name for finding in accepted):
         return about, accepted
     base = accepted[-1].fit if accepted else first
     about = Reestimate(*estimate_again(problem, state, base, full=full))
@@ -149,7 +149,7 @@ def _confirm(
 
 
 def _next_round(latest: Round, best: Refitted, about: Reestimate, forms: Sequence[Freedom]) -> tuple[Freedom, Round]:
-    """What the form of ``best`` may be wrong by, and what else is missing, ``about`` its estimate."""
+    """Return what the form of ``best`` may be wrong by, and the next round, which is about its estimate."""
     form = form_of(latest, best)
     return form, compare_hypotheses(about.problem, _with_forms(about.state, [*forms, form]), about.fit)
 
@@ -157,8 +157,10 @@ def _next_round(latest: Round, best: Refitted, about: Reestimate, forms: Sequenc
 def _try_pair(
     latest: Round, estimates: Mapping[str, Reestimate], forms: Sequence[Freedom]
 ) -> tuple[Round, tuple[Freedom, Round] | None]:
-    """Where a force without a law explains more than any law alone does: the round in which the best law counts with a
-    second one, and, where it is the best then, what ``_next_round`` gives of it.  Else the same round, and None.
+    """Count the best law with a second one where a force without a law explains more than any law alone does.
+
+    Return the round with the probabilities so counted and, where that law is then the best, what ``_next_round`` gives
+    of it.  Without such a force, or such a law, the round stays as it is, with None.
     """
     law = best_law(latest.explanations, estimates)
     if latest.best.has_law or law is None:
@@ -181,26 +183,26 @@ def _with_forms(state: State, forms: Sequence[Freedom]) -> State:
 def compare_again(
     problem: DiagnosisProblem, state: State, accepted: Sequence[Accepted], *, full: bool
 ) -> tuple[tuple[DiagnosisProblem, State], list[Accepted]]:
-    """Compare every finding again with all hypotheses, next to the other findings; the last only when one of them has
-    become another.
+    """Compare every finding again with all hypotheses, next to the other findings.
 
     The first finding was made while the others were still hidden: it may have stood for one of them, and its
-    probability and its alternatives were those of a mixture.  What is superfluous beside the others goes.  Gives also
-    the problem and the state that the last of them is about.
+    probability and its alternatives were those of a mixture.  The last finding is compared only when another one has
+    changed.  A finding that the others make superfluous goes.  Return also the problem and the state that the last of
+    them is about.
     """
     accepted = list(accepted)
-    explanations = [each.explanation for each in accepted]
+    explanations = [finding.explanation for finding in accepted]
     names = sorted(explanation.name for explanation in explanations)
     for explanation in explanations:
-        if explanation is explanations[-1] and sorted(each.explanation.name for each in accepted) == names:
+        if explanation is explanations[-1] and sorted(finding.explanation.name for finding in accepted) == names:
             break
-        if [each.explanation.name for each in accepted].count(explanation.name) > 1:
+        if [finding.explanation.name for finding in accepted].count(explanation.name) > 1:
             continue  # two of one name cannot be removed separately
-        at = next(i for i, each in enumerate(accepted) if each.explanation is explanation)
+        at = next(i for i, finding in enumerate(accepted) if finding.explanation is explanation)
         rest = accepted[:at]
-        for each in accepted[at + 1 :]:
-            state, less = remove(problem, state, each.fit, explanation.candidate)
-            rest.append(replace(each, fit=less, linear=linear_model(problem, state, less)))
+        for finding in accepted[at + 1 :]:
+            state, less = remove(problem, state, finding.fit, explanation.candidate)
+            rest.append(replace(finding, fit=less, linear=linear_model(problem, state, less)))
         if rest:
             base = rest[-1].fit
         else:
@@ -221,9 +223,9 @@ def compare_again(
 def separate_fit(problem: DiagnosisProblem, state: State, fit: Refit, accepted: Sequence[Accepted] = ()) -> SeparateFit:
     """Return what the runs of a day are compared by, from a fit with what was ``accepted``."""
     shared = {hypothesis.name for hypothesis in STEADY_LAWS}
-    for each in reversed(accepted):  # a second of a name goes before the first
-        if each.explanation.name in shared:
-            state, fit = remove(problem, state, fit, each.explanation.candidate)
+    for finding in reversed(accepted):  # a second of a name goes before the first
+        if finding.explanation.name in shared:
+            state, fit = remove(problem, state, fit, finding.explanation.candidate)
     return SeparateFit(problem, state, fit)
 
 

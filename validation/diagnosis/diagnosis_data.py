@@ -1,7 +1,7 @@
 """A diagnosis as data: what ``diagnosis.json`` holds, and all that its section of a report is made from.
 
 Field names are the file's keys; each quantity has its unit in its name.  Fields with a default were added to the format
-later, so that files without them are still read.  ``diagnosis.schema.json`` beside this file is the JSON Schema of it.
+later, so that files without them are still read.  ``diagnosis.schema.json`` next to this file is the JSON Schema of it.
 """
 
 from __future__ import annotations
@@ -194,7 +194,7 @@ class ForceOverTime:
         lists: list[Sized] = [self.force_N, self.band_N, self.stands_out]
         if feet is not None:
             lists += [feet.left_N, feet.left_band_N, feet.right_N, feet.right_band_N]
-        if any(len(each) != cells for each in lists):
+        if any(len(values) != cells for values in lists):
             raise ValueError("the lists have other lengths than the cells of time")
 
 
@@ -235,7 +235,7 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class Way:
-    """The skier's way over the slope, seen from above: down the fall line and to its left (m), at the edges of the
+    """The skier's path over the slope, seen from above: down the fall line and to its left (m), at the edges of the
     missing force's cells and between.
     """
 
@@ -276,7 +276,7 @@ class Adequacy:
 
     @property
     def adequate(self) -> bool:
-        """Whether the model may be right."""
+        """Return whether the model may be right."""
         return self.missed_m <= self.allowed_m
 
 

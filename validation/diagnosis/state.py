@@ -1,7 +1,7 @@
 """The state of a search, frozen, and fits under it; a function that changes the state gives the next one.
 
-The state holds what a fit depends on beside model and parameters: noise levels, what instruments, skier, posture and
-snow surface may do, and what the full model predicts beyond the reduced one.
+The state holds what a fit depends on apart from model and parameters: noise levels, what instruments, skier, posture
+and snow surface may do, and what the full model predicts beyond the reduced one.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _STATED: Final = (LeverArm, BootCuff, InsoleGain)
 
 @dataclass(frozen=True)
 class State:
-    """What a fit depends on beside its model and parameters.
+    """What a fit depends on apart from its model and parameters.
 
     levels : of the noise;  nuisances : what else may vary
     beyond : (N,) what the full model predicts beyond the reduced one
@@ -166,7 +166,9 @@ def linearise_about(
     """
     sought = [name for parameter in parameters for name in parameter.names]
     owners = {name.owner for name in sought}
-    sensors = tuple(each for each in posterior.model.sensors if each.name in owners or not isinstance(each, _STATED))
+    sensors = tuple(
+        sensor for sensor in posterior.model.sensors if sensor.name in owners or not isinstance(sensor, _STATED)
+    )
     model = replace(posterior.model, sensors=sensors)
     problem = replace(
         problem,
@@ -233,18 +235,18 @@ def model_without(problem: DiagnosisProblem, model: Model, candidate: Candidate)
 
 def noise_whitener(problem: DiagnosisProblem, state: State, levels: NoiseLevels, model: Model) -> Whitener:
     """Return a whitener of all that is noise to the parameters of a fit that begins at a model."""
-    size, beside = len(state.beyond), state.nuisances
+    size, nuisances = len(state.beyond), state.nuisances
     nothing = Freedom(np.zeros((size, 0)), np.zeros(0))
-    empty = LinearModel(problem.stamped_by(model), np.zeros(size), nothing, beside.posture, beside.waves)
-    return whitener(empty, levels, beside.fixed.columns * beside.fixed.scales)
+    empty = LinearModel(problem.stamped_by(model), np.zeros(size), nothing, nuisances.posture, nuisances.waves)
+    return whitener(empty, levels, nuisances.fixed.columns * nuisances.fixed.scales)
 
 
 def linear_model(problem: DiagnosisProblem, state: State, fit: Refit) -> LinearModel:
     """Measurements less prediction about a fit, as if every parameter still stood at its prior mean."""
     residual = problem.measurements.measured - fit.predicted + fit.sensitivity @ fit.pulls
-    beside = state.nuisances
-    free = beside.fixed.with_more(fit.sensitivity, fit.scales)
-    return LinearModel(problem.stamped_by(fit.model), residual, free, beside.posture, beside.waves)
+    nuisances = state.nuisances
+    free = nuisances.fixed.with_more(fit.sensitivity, fit.scales)
+    return LinearModel(problem.stamped_by(fit.model), residual, free, nuisances.posture, nuisances.waves)
 
 
 def fitted_run(problem: DiagnosisProblem, state: State, fit: Refit) -> FittedRun:

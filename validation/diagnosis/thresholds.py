@@ -258,9 +258,7 @@ class Thresholds:
 
     @property
     def spread(self) -> float:
-        """What a standard deviation counts for: errors that no model has take as much from evidence as they widen
-        intervals.
-        """
+        """Return by how much intervals are widened for errors that no model has: as much as these reduce evidence."""
         return float(self.temper**-0.5)
 
     @property

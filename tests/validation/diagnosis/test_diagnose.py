@@ -94,8 +94,8 @@ def shown(diagnosis: Diagnosis) -> str:
 
 
 def diagnose_case(made: Made, tmp_path: Path) -> tuple[Case, dict[str, Any]]:
-    found = diagnose(made.recording, made.motion, made.model, full=False)
-    diagnosis = found.diagnosis
+    diagnosed = diagnose(made.recording, made.motion, made.model, full=False)
+    diagnosis = diagnosed.diagnosis
     assert diagnosis.sentence.split(":")[0] in shown(diagnosis)
     path = tmp_path / "diagnosis.json"
     path.write_text(to_json(diagnosis))
@@ -152,9 +152,9 @@ def test_the_plan_follows_from_its_seed_and_the_answers_are_sealed(tmp_path: Pat
 
 
 def test_shares_have_exact_intervals() -> None:
-    found = share(0, 59)
+    estimate = share(0, 59)
     # 0 of 59 bounds a rate below 1 − 0.025^(1/59)
-    assert found.high == pytest.approx(1.0 - 0.025 ** (1.0 / 59.0))
+    assert estimate.high == pytest.approx(1.0 - 0.025 ** (1.0 / 59.0))
     assert share(3, 3).low == pytest.approx(0.025 ** (1.0 / 3.0))
     scores = score([], [], "0a")
     assert scores.cases == 0
@@ -201,8 +201,8 @@ def test_scores_count_the_answers() -> None:
     assert scores.nothing_within_noise.share == 1.0
     assert scores.strong_better_than_placebos.hits == 3  # 0.05 m against 0.1, one of 0.2
     assert scores.placebo_after_over_before_strong == pytest.approx(0.9)
-    assert [each.right.hits for each in scores.calibration] == [0, 1, 2, 1]
-    assert [each.right.of for each in scores.calibration] == [0, 3, 3, 2]
+    assert [level.right.hits for level in scores.calibration] == [0, 1, 2, 1]
+    assert [level.right.of for level in scores.calibration] == [0, 3, 3, 2]
     assert "| gust | wind 2, gust 1, nothing 1 |" in benchmark_page(scores)
 
 
@@ -241,14 +241,16 @@ def round_with(name: str, nothing: float) -> Any:
 
 def test_the_first_finding_is_compared_again_beside_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     first, second = round_with("lever_arm", 0.0), round_with("slope_change", 0.0)
-    accepted: list[Any] = [Accepted(each, each.best, each.best.fit, cast(Any, None)) for each in (first, second)]
+    accepted: list[Any] = [
+        Accepted(searched, searched.best, searched.best.fit, cast(Any, None)) for searched in (first, second)
+    ]
     same = Scripted(monkeypatch, round_with("lever_arm", 0.01))
     assert len(same.compare_again(accepted)) == 2
     assert same.asked == ["with slope_change less lever_arm"]
     better = Scripted(monkeypatch, round_with("gps_delay", 0.01), round_with("slope_change", 0.0))
     after = better.compare_again(accepted)
     assert better.asked == ["with slope_change less lever_arm", "with gps_delay less slope_change"]
-    assert [each.explanation.name for each in after] == ["gps_delay", "slope_change"]
+    assert [finding.explanation.name for finding in after] == ["gps_delay", "slope_change"]
     superfluous = Scripted(monkeypatch, round_with("lever_arm", 0.6), round_with("gust", 0.6))
     assert superfluous.compare_again(accepted) == []
     twice = [accepted[0], accepted[0], accepted[1]]
@@ -314,7 +316,7 @@ def test_a_push_is_found_where_it_was_from_beside_it(base: Any) -> None:
     noise = noise_whitener(problem, state_of(problem), problem.measurements.usual, problem.model)
     start = pushed(0.0, begin - 0.3, begin + 0.5)
     fit = refit(
-        start, (*amplitudes, *places), problem.prepared, problem.measurements, noise, lambda each: (each, offset)
+        start, (*amplitudes, *places), problem.prepared, problem.measurements, noise, lambda model: (model, offset)
     )
     force_f, force_l, t0, t1 = fit.values
     # fits stop within a twentieth of the standard errors; priors draw by a few per cent
@@ -338,7 +340,7 @@ def test_which_ski_glides_worse_follows_from_loads_and_track(base: Any, more: fl
         Parameter(("friction.mu_t",), Prior(mu_t, 0.1)),
     ]
     noise = noise_whitener(problem, state_of(problem), problem.measurements.usual, problem.model)
-    fit = refit(start, sought, problem.prepared, problem.measurements, noise, lambda each: (each, offset))
+    fit = refit(start, sought, problem.prepared, problem.measurements, noise, lambda model: (model, offset))
     delta, mean = fit.values
     # fits stop within a twentieth of the standard errors; priors draw by a few per cent
     assert delta == pytest.approx(more, rel=0.05)
@@ -363,9 +365,9 @@ def test_which_ski_is_held_back_follows_from_loads_and_track(base: Any, side: fl
     noise = noise_whitener(problem, state_of(problem), problem.measurements.usual, problem.model)
     right, wrong = (
         refit(
-            held(50.0, each), amplitudes, problem.prepared, problem.measurements, noise, lambda model: (model, offset)
+            held(50.0, tried), amplitudes, problem.prepared, problem.measurements, noise, lambda model: (model, offset)
         )
-        for each in (side, -side)
+        for tried in (side, -side)
     )
     # fits stop within a twentieth of the standard errors; priors draw by a few per cent
     np.testing.assert_allclose(right.values, 120.0, rtol=0.05)
@@ -376,7 +378,7 @@ def test_a_verdict_of_no_known_cause_is_more_probable_than_not() -> None:
     near: Any = SimpleNamespace(adequate=True)
 
     def verdict(name: str, probability: float, **others: float) -> str:
-        alternatives = tuple(Alternative(each, p) for each, p in others.items())
+        alternatives = tuple(Alternative(rival, p) for rival, p in others.items())
         finding: Any = SimpleNamespace(
             name=name, kind=BY_NAME[name].kind, probability=probability, alternatives=alternatives
         )
@@ -401,8 +403,8 @@ def test_derivatives_by_instants_are_taken_nearby(base: Any) -> None:
     track = slice(0, problem.measurements.blocks["y"].stop)
     slope = sensitivities(gusty, problem.prepared, ["gust.t0"], predicted)[1][track, 0]
     ahead, behind = (
-        predicted(each, simulate_reduced(each, problem.prepared))[track]
-        for each in (gusty.with_values({"gust.t0": t0 + d}) for d in (0.02, -0.02))
+        predicted(moved, simulate_reduced(moved, problem.prepared))[track]
+        for moved in (gusty.with_values({"gust.t0": t0 + d}) for d in (0.02, -0.02))
     )
     central = (ahead - behind) / 0.04
     assert np.max(np.abs(slope - central)) < 0.05 * np.max(np.abs(central))
@@ -434,12 +436,12 @@ def test_the_model_that_is_written_meets_the_track_as_is_claimed(base: Any, tmp_
     displaced = (recording.gps.time > motion.start + 1.5) & (recording.gps.time < motion.start + 2.5)
     enu = recording.gps.enu + np.where(displaced[:, None], [[0.6, -0.4, 0.0]], 0.0)
     displaced_recording = replace(recording, gps=replace(recording.gps, enu=enu))
-    found = diagnose(displaced_recording, motion, model, hypotheses=FEW)
-    assert [finding.name for finding in found.diagnosis.findings] == ["gps_jump"]
-    claimed = found.diagnosis.findings[0].evidence.trajectory_error_m
+    diagnosed = diagnose(displaced_recording, motion, model, hypotheses=FEW)
+    assert [finding.name for finding in diagnosed.diagnosis.findings] == ["gps_jump"]
+    claimed = diagnosed.diagnosis.findings[0].evidence.trajectory_error_m
     assert claimed.after < 0.04 < 0.1 < claimed.before
-    (tmp_path / "model.toml").write_text(tomli_w.dumps(model_to_dict(found.model)), encoding="utf-8")
-    for name, content in model_files(found.model).items():
+    (tmp_path / "model.toml").write_text(tomli_w.dumps(model_to_dict(diagnosed.model)), encoding="utf-8")
+    for name, content in model_files(diagnosed.model).items():
         (tmp_path / name).write_bytes(content)
     read = read_model(tmp_path / "model.toml")
     run = simulate(read, motion)
@@ -466,7 +468,7 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
         return compare_hypotheses(problem, state, fit)
 
     monkeypatch.setattr(diagnose_module, "compare_hypotheses", once)
-    found = diagnose(jumped, motion, model, full=False, hypotheses=FEW)
+    diagnosed = diagnose(jumped, motion, model, full=False, hypotheses=FEW)
     assert len(asked) == 2
-    assert found.diagnosis.verdict == "not_adequate"  # the jump is still there
-    assert found.fit is found.first
+    assert diagnosed.diagnosis.verdict == "not_adequate"  # the jump is still there
+    assert diagnosed.fit is diagnosed.first

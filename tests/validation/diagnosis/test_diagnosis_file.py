@@ -44,8 +44,8 @@ def assert_holds(whole: Any, part: Any) -> None:
         for key, value in part.items():
             assert_holds(whole[key], value)
     elif isinstance(part, list):
-        for each, value in zip(whole, part, strict=True):
-            assert_holds(each, value)
+        for held, value in zip(whole, part, strict=True):
+            assert_holds(held, value)
     else:
         assert whole == part
 

@@ -46,20 +46,20 @@ def test_a_clock_may_be_late_by_as_much_as_a_slow_receiver_takes() -> None:
     motion = replace(motion, stop=motion.start + 5.0)
     hypothesis = BY_NAME["gps_delay"]
     places = []
-    for each in (recording, replace(recording, gps=slow)):
-        model = problem_of(each, motion, model_of(each, motion), "joint").model
+    for recorded in (recording, replace(recording, gps=slow)):
+        model = problem_of(recorded, motion, model_of(recorded, motion), "joint").model
         prepared = prepare(model, motion, step=0.01)
         run = simulate_reduced(model, prepared)
-        measurements = measurements_of(each, model, motion.start, motion.stop)
+        measurements = measurements_of(recorded, model, motion.start, motion.stop)
         fitted = FittedRun(model, prepared, run, measurements, measurements.predict(model, run))
         responses = responses_of(hypothesis.probes(fitted), prepared, measurements)
-        found = hypothesis.candidates(fitted, responses)
-        places.append([candidate.model.start.clock_offset for candidate in found])
+        candidates = hypothesis.candidates(fitted, responses)
+        places.append([candidate.model.start.clock_offset for candidate in candidates])
         # the first by the course at each fix, the others by where the skier was then
-        late = found[-1]
+        late = candidates[-1]
         way = fitted.prediction + late.free.columns[:, 0] * late.model.start.clock_offset
         x = measurements.blocks["x"]
-        if len(found) > 1:
+        if len(candidates) > 1:
             np.testing.assert_allclose(way[x][2:], fitted.prediction[x][:-2], atol=1e-6)  # two fixes ago
     assert places == [[0.0], [0.0, -1.0, -2.0, 1.0, 2.0]]
 
@@ -68,13 +68,13 @@ def test_names_are_unique() -> None:
     assert len(BY_NAME) == len(HYPOTHESES)
 
 
-@pytest.mark.parametrize("hypothesis", HYPOTHESES, ids=lambda each: each.name)
+@pytest.mark.parametrize("hypothesis", HYPOTHESES, ids=lambda hypothesis: hypothesis.name)
 def test_each_states_all_that_is_asked(hypothesis: Hypothesis) -> None:
     check_statements(hypothesis)
     assert any(distinguishing_measurement(hypothesis.name, other) for other in BY_NAME if other != hypothesis.name)
 
 
-@pytest.mark.parametrize("hypothesis", HYPOTHESES, ids=lambda each: each.name)
+@pytest.mark.parametrize("hypothesis", HYPOTHESES, ids=lambda hypothesis: hypothesis.name)
 @pytest.mark.long
 def test_each_is_tried_on_a_run(hypothesis: Hypothesis, fitted: FittedRun) -> None:
     check_on_run(hypothesis, fitted)
@@ -134,8 +134,8 @@ def test_one_place_for_each_pair() -> None:
 
 
 def test_laws_of_a_day_are_no_faults_of_instruments() -> None:
-    assert {each.kind for each in STEADY_LAWS} == {"physics", "unexplained"}
-    assert not any(each.moves_all for each in STEADY_LAWS)
+    assert {hypothesis.kind for hypothesis in STEADY_LAWS} == {"physics", "unexplained"}
+    assert not any(hypothesis.moves_all for hypothesis in STEADY_LAWS)
 
 
 class Draught(SteadyLaw):
@@ -253,7 +253,7 @@ def test_nothing_else_in_the_package_knows_their_names() -> None:
     folder = ROOT / "validation" / "diagnosis" / "hypotheses"
     tops = [ROOT / name for name in ("sssi_exudyn", "bodies", "contact", "fitting", "validation")]
     files = {path.resolve() for top in tops for path in top.rglob("*.py")}
-    found = {
+    mentioned = {
         str(path.relative_to(ROOT)): mentions
         for path in sorted(files)
         if folder not in path.parents
@@ -264,5 +264,5 @@ def test_nothing_else_in_the_package_knows_their_names() -> None:
             )
         )
     }
-    assert found == {}
+    assert mentioned == {}
     assert names_outside(ast.parse('TABLE = {"gust": 1}'), set(BY_NAME)) == ["'gust' in line 1"]

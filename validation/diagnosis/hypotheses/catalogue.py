@@ -56,7 +56,7 @@ HYPOTHESES: Final[list[Hypothesis]] = [
     LATENT_FORCE,
 ]
 """The list of them, written out; those of plug-ins are added."""
-STEADY_LAWS: Final = [each for each in HYPOTHESES if isinstance(each, SteadyLaw)]
+STEADY_LAWS: Final = [hypothesis for hypothesis in HYPOTHESES if isinstance(hypothesis, SteadyLaw)]
 """What acts on all runs of a day alike."""
 BY_NAME: Final[dict[str, Hypothesis]] = {hypothesis.name: hypothesis for hypothesis in HYPOTHESES}
 

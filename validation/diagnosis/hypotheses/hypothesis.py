@@ -184,7 +184,7 @@ class Hypothesis(ABC):
         return True
 
     def sides(self, fitted: FittedRun) -> tuple[float, ...]:
-        """Return where else a refit begins than at the candidate, in usual sizes beside it."""
+        """Return where else a refit begins than at the candidate, in usual sizes from it."""
         return (-0.5, 0.5) if self.moves_all else ()
 
     def always_refitted(self, fitted: FittedRun) -> bool:

@@ -52,19 +52,20 @@ def averaged_friction(
 
 
 def _if_usual(accepted: Sequence[tuple[Round, Refitted]], model: Model) -> list[Mapping[NumberRef, float]]:
-    """By how much frictions would be larger, were another part of the run, or another ski, the usual one."""
+    """Return by how much each friction would be larger if another part of the run, or another ski, were usual."""
     return [
         {name: shift.get(name, 0.0) for name in FRICTION}
-        for searched, each in accepted
-        for shift in each.hypothesis.shifts_if_usual(searched.fitted, each.candidate, model)
+        for searched, finding in accepted
+        for shift in finding.hypothesis.shifts_if_usual(searched.fitted, finding.candidate, model)
     ]
 
 
 def _other_explanations(
     searched: Round, chosen: Nothing | Refitted
 ) -> list[tuple[float, dict[NumberRef, tuple[float, float]]]]:
-    """Of all explanations but the ``chosen`` one, the probability, and by how much more each friction is and by how
-    many times less certain than by that.
+    """Return for every explanation except the ``chosen`` one its probability and how it moves each friction.
+
+    The two numbers of a friction are the difference from its ``chosen`` value and the ratio of the standard deviations.
     """
     by_fit, by_response = _fitted(chosen.fit), None
     moves = []
@@ -73,24 +74,24 @@ def _other_explanations(
         moved = {name: (its[name][0] - by[name][0], its[name][1] / by[name][1]) for name in FRICTION}
         moves.append((probability, moved))
 
-    for each in searched.explanations:
-        if each.probability < searched.fitted.thresholds.negligible:
+    for explanation in searched.explanations:
+        if explanation.probability < searched.fitted.thresholds.negligible:
             continue
-        if isinstance(each, Screened) and each.free_form is not None:
-            add(each.probability * each.free_form.share, each.free_form.values, by_fit)
-        if each is chosen:
+        if isinstance(explanation, Screened) and explanation.free_form is not None:
+            add(explanation.probability * explanation.free_form.share, explanation.free_form.values, by_fit)
+        if explanation is chosen:
             continue
-        in_its_form = each.probability * (1.0 - each.share_of_free_form)
-        if isinstance(each, Nothing | Refitted):
-            add(in_its_form, _fitted(each.fit), by_fit)
+        in_its_form = explanation.probability * (1.0 - explanation.share_of_free_form)
+        if isinstance(explanation, Nothing | Refitted):
+            add(in_its_form, _fitted(explanation.fit), by_fit)
         else:
             by_response = by_response or _linearly(searched, chosen)
-            add(in_its_form, _linearly(searched, each), by_response)
+            add(in_its_form, _linearly(searched, explanation), by_response)
     return moves
 
 
 def _fitted(fit: Refit) -> Values:
-    """Each friction and its standard deviation by a refit."""
+    """Return each friction and its standard deviation by a refit."""
     return {name: (value, above - value) for name in FRICTION for value, _, above in [fit.interval(name, 1.0)]}
 
 

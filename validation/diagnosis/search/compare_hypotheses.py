@@ -185,34 +185,42 @@ def _refit_best(
     nothing: Nothing,
     screened: list[Screened],
 ) -> list[Screened]:
-    """The hypotheses by their linear evidence, the most probable of them refitted with the real term."""
-    ranked = sorted(screened, key=lambda each: -each.log_evidence)
+    """Refit the most probable hypotheses with their real terms; return them first, then all others as ranked."""
+    ranked = sorted(screened, key=lambda explanation: -explanation.log_evidence)
     finalists = _finalists(ranked, nothing, fitted, problem.thresholds)
     if finalists:
-        problem.progress(None, f"refitting with {', '.join(each.name for each in finalists)}")
-    fits = side_by_side(lambda each: _refit_with(problem, state, base, fitted, each), finalists)
-    return [*fits, *(each for each in ranked if each not in finalists)]
+        problem.progress(None, f"refitting with {', '.join(explanation.name for explanation in finalists)}")
+    fits = side_by_side(lambda explanation: _refit_with(problem, state, base, fitted, explanation), finalists)
+    return [*fits, *(explanation for explanation in ranked if explanation not in finalists)]
 
 
 def _finalists(
     ranked: Sequence[Screened], nothing: Nothing, fitted: FittedRun, thresholds: Thresholds
 ) -> list[Screened]:
-    """Those that are worth a fit, of all hypotheses ``ranked`` by their linear evidence."""
+    """Return the hypotheses that are worth a fit, of all hypotheses ``ranked`` by their linear evidence."""
     gain = max(ranked[0].log_evidence - nothing.log_evidence, 0.0)
     # far from the truth responses are not linear: what explains half of it may explain it best
     short = max(thresholds.worthwhile, (1.0 - thresholds.half_explained) * gain)
     least = max(nothing.log_evidence - thresholds.hopeful, nothing.log_evidence + gain - short)
-    finalists = [each for each in ranked[: thresholds.finalists] if each.log_evidence > least]
+    finalists = [explanation for explanation in ranked[: thresholds.finalists] if explanation.log_evidence > least]
     if gain > thresholds.worthwhile:
-        unlike = [each for each in ranked if each.hypothesis.moves_all or each.hypothesis.kind == "unexplained"]
-        finalists += [each for each in unlike if each not in finalists]
-    return finalists + [each for each in ranked if each.hypothesis.always_refitted(fitted) and each not in finalists]
+        unlike = [
+            explanation
+            for explanation in ranked
+            if explanation.hypothesis.moves_all or explanation.hypothesis.kind == "unexplained"
+        ]
+        finalists += [explanation for explanation in unlike if explanation not in finalists]
+    return finalists + [
+        explanation
+        for explanation in ranked
+        if explanation.hypothesis.always_refitted(fitted) and explanation not in finalists
+    ]
 
 
 def _refit_with(
     problem: DiagnosisProblem, state: State, base: Refit, fitted: FittedRun, explanation: Screened
 ) -> Screened:
-    """The explanation with its real term fitted; as it was where that cannot be simulated."""
+    """Fit the real term of an explanation; return it unchanged where that cannot be simulated."""
     candidate, hypothesis, sizes = explanation.candidate, explanation.hypothesis, problem.thresholds.sizes
 
     def fit_from(candidate: Candidate, start: Model, levels: NoiseLevels = explanation.levels) -> Refit:
@@ -231,9 +239,9 @@ def _refit_with(
         return min((fit_from(candidate, start) for start in starts), key=misfit)
 
     fits = []
-    for each in (candidate, *explanation.elsewhere):
+    for placed in (candidate, *explanation.elsewhere):
         with suppress(SimulationDiverged):
-            fits.append((best_fit(each), each))
+            fits.append((best_fit(placed), placed))
     if not fits:
         return explanation
     fit, candidate = min(fits, key=lambda pair: misfit(pair[0]))
@@ -313,7 +321,7 @@ def evidence_by_size(problem: DiagnosisProblem, state: State, base: Refit, expla
         _fix_places(base, _scale(explanation.candidate, size / explanation.size), fit)
         for size in problem.thresholds.sizes
     ]
-    return np.array([log_evidence(linear_model(problem, state, each), explanation.levels) for each in fits])
+    return np.array([log_evidence(linear_model(problem, state, fixed), explanation.levels) for fixed in fits])
 
 
 def _scale(candidate: Candidate, factor: float) -> Candidate:

@@ -28,7 +28,7 @@ def smallest_noticed(
 
     An amplitude a raises the log evidence by ½ a² g, of which places searched and other amplitudes take their part.
     """
-    share = (1.0 - thresholds.nothing) * hypothesis.weight / sum(each.weight for each in hypotheses)
+    share = (1.0 - thresholds.nothing) * hypothesis.weight / sum(other.weight for other in hypotheses)
     _, volume = np.linalg.slogdet(information + np.eye(information.shape[1]))
     odds = (1.0 - thresholds.stands_out) / thresholds.stands_out * thresholds.nothing / share
     needed = np.log(odds) / thresholds.temper + 0.5 * volume + np.log(len(candidates))

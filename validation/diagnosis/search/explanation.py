@@ -89,7 +89,7 @@ class Screened:
 
     @property
     def has_law(self) -> bool:
-        """Whether it is a law, or a fault, and no force of any form."""
+        """Return whether this is a law or a fault, and not a force of free form."""
         return not isinstance(self.hypothesis, FreeFormForce)
 
     @property
@@ -132,18 +132,18 @@ class Round:
 
     @property
     def nothing(self) -> Nothing:
-        """That nothing more is missing."""
-        return next(each for each in self.explanations if isinstance(each, Nothing))
+        """Return the explanation that nothing more is missing."""
+        return next(explanation for explanation in self.explanations if isinstance(explanation, Nothing))
 
     @property
     def hypotheses(self) -> tuple[Screened, ...]:
-        """All explanations that add something."""
-        return tuple(each for each in self.explanations if isinstance(each, Screened))
+        """Return all explanations that add something."""
+        return tuple(explanation for explanation in self.explanations if isinstance(explanation, Screened))
 
     @property
     def refitted(self) -> tuple[Refitted, ...]:
-        """Those that were fitted."""
-        return tuple(each for each in self.explanations if isinstance(each, Refitted))
+        """Return the explanations that were fitted."""
+        return tuple(explanation for explanation in self.explanations if isinstance(explanation, Refitted))
 
     @property
     def best(self) -> Screened:
@@ -159,17 +159,17 @@ def rank_by_probability(
     explanations: Sequence[Explanation], explained: float, fitted: FittedRun
 ) -> tuple[Explanation, ...]:
     """Return all explanations of a round with their probabilities, the most probable first."""
-    (nothing,) = (each for each in explanations if isinstance(each, Nothing))
-    hypotheses = [each for each in explanations if isinstance(each, Screened)]
+    (nothing,) = (explanation for explanation in explanations if isinstance(explanation, Nothing))
+    hypotheses = [explanation for explanation in explanations if isinstance(explanation, Screened)]
     weights, evidence, natural = np.array(
-        [(each.hypothesis.weight, each.log_evidence, each.log_natural) for each in hypotheses]
+        [(screened.hypothesis.weight, screened.log_evidence, screened.log_natural) for screened in hypotheses]
     ).reshape(-1, 3).T  # fmt: skip
     of_nothing, *of_hypotheses = probabilities(
         nothing.log_evidence, evidence, weights, fitted.thresholds, explained=explained, log_natural=natural
     ).tolist()
     by_hypothesis = iter(of_hypotheses)
     weighed: list[Explanation] = [
-        replace(each, probability=of_nothing if isinstance(each, Nothing) else next(by_hypothesis))
-        for each in explanations
+        replace(explanation, probability=of_nothing if isinstance(explanation, Nothing) else next(by_hypothesis))
+        for explanation in explanations
     ]
-    return tuple(sorted(weighed, key=lambda each: -each.probability))
+    return tuple(sorted(weighed, key=lambda explanation: -explanation.probability))

@@ -44,7 +44,7 @@ def form_of(latest: Round, finding: Refitted) -> Freedom:
 def form_error(
     linear: LinearModel, levels: NoiseLevels, moved: Array, by_force: Array, edges: Array, thresholds: Thresholds
 ) -> Freedom:
-    """Return what may vary beside a finding: (N, k) forces along the run in which it acts.
+    """Return what may vary next to a finding: (N, k) forces along the run in which it acts.
 
     moved : (N,) what the finding does to the measurements of ``linear``
     by_force : (N, 3·c) responses to a newton of a latent force in the cells between ``edges`` (c + 1,) s

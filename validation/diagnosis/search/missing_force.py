@@ -112,16 +112,16 @@ def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, r
     on_feet = None
     if len(fitted.measurements.windows):
         carried = carried_by_soles(fitted, course)
-        each = smooth(np.hstack([shaped + carried[0], shaped + carried[1]]), 2)
-        force, spread = (np.moveaxis(row.reshape(2, 3, cells), 2, 0) for row in (each.mean, each.band))
-        on_feet = ForceOnFeet(force, spread, each.log_bayes_factor)
+        on_both = smooth(np.hstack([shaped + carried[0], shaped + carried[1]]), 2)
+        force, spread = (np.moveaxis(row.reshape(2, 3, cells), 2, 0) for row in (on_both.mean, on_both.band))
+        on_feet = ForceOnFeet(force, spread, on_both.log_bayes_factor)
     return MissingForce(
         edges, mean.reshape(3, cells).T, band.reshape(3, cells).T, score.T, out.T, on_body.log_bayes_factor, on_feet
     )
 
 
 def course_of(fitted: FittedRun) -> Array:
-    """Return (2, c) unit vectors of the skis' way in the cells, down the fall line and to the left."""
+    """Return (2, c) unit vectors of the skis' path in the cells, down the fall line and to the left."""
     edges, forward = fitted.time_edges, fitted.run.foot_forward.mean(axis=1)
     middles = 0.5 * (edges[1:] + edges[:-1])
     course = np.stack([np.interp(middles, fitted.run.time, forward[:, axis]) for axis in range(2)])
@@ -129,7 +129,7 @@ def course_of(fitted: FittedRun) -> Array:
 
 
 def along_course(fitted: FittedRun, responses: Array) -> Array:
-    """Return (N, 3·c) responses to a newton along and across the skis' way and normal to the snow in each cell;
+    """Return (N, 3·c) responses to a newton along and across the skis' path and normal to the snow in each cell;
     ``responses`` as in ``missing_force``.
     """
     cosine, sine = course_of(fitted)
@@ -146,15 +146,16 @@ def forms_of(fitted: FittedRun, parts: int) -> tuple[list[Array], list[Array]]:
     alike = [
         latent_covariance(middles, size, time) for size in thresholds.force_sizes for time in thresholds.force_memories
     ]
-    every = [np.asarray(np.kron(np.eye(parts) / parts, each), dtype=np.float64) for each in alike]
+    every = [np.asarray(np.kron(np.eye(parts) / parts, covariance), dtype=np.float64) for covariance in alike]
     ways = np.kron(np.eye(len(DIRECTIONS)), np.ones(cells))
     return every, [prior * np.outer(kept, kept) for kept in np.tile(ways, parts) for prior in every]
 
 
 def carried_by_soles(fitted: FittedRun, course: Array) -> Array:
-    """Return (2, N, 3·c) what insoles show besides where a newton acts on the left or the right foot and not on the
-    body, along and across the ``course`` (2, c) and normal to the snow in each cell: what of it is square to the sole,
-    which is nothing along the ski.
+    """Return (2, N, 3·c) what insoles show in addition where a newton acts on the left or right foot, not on the body.
+
+    The newton is along or across the ``course`` (2, c) or normal to the snow in each cell.  Insoles show the component
+    square to the sole, which is nothing along the ski.
     """
     time, edges = fitted.run.time, fitted.time_edges
     within = (time[:, None] >= edges[:-1]) & (time[:, None] < edges[1:])

@@ -1,6 +1,6 @@
 """Explanations that are hard to distinguish, each linearised about its own estimate.
 
-Far from the truth, and as if nothing were missing, posture and snow surface have given way to what is missing; there
+Far from the truth, and as if nothing were missing, posture and snow surface stand for part of what is missing; there
 responses are not linear by more than what two names differ by.  So every rival of the best explanation has all that is
 uncertain estimated again with it, and is weighed by the evidence about that.
 
@@ -92,54 +92,68 @@ def estimate_rivals(
     following = latest.ranked(_in_free_form(explanations, free_forms))
     best = following.best
     if isinstance(best, Refitted) and not best.has_law and best.name not in estimates:
-        add(next(each for each in latest.refitted if each.name == best.name))
+        add(next(explanation for explanation in latest.refitted if explanation.name == best.name))
         following = latest.ranked(_in_free_form(_with_estimates(latest, rivals, weighed), free_forms))
     return following, estimates
 
 
 def _rivals(latest: Round) -> list[Nothing | Refitted]:
-    """The best explanation and what is hard to distinguish from it."""
+    """Return the best explanation and what is hard to distinguish from it."""
     best, thresholds = latest.best, latest.fitted.thresholds
-    hypotheses = [each for each in latest.refitted if each is best or each.probability >= thresholds.rival]
+    hypotheses = [
+        explanation
+        for explanation in latest.refitted
+        if explanation is best or explanation.probability >= thresholds.rival
+    ]
     hypotheses = hypotheses[: thresholds.most_rivals]
-    if hypotheses and not any(each.has_law for each in hypotheses):
-        hypotheses += [each for each in latest.refitted if each is not best and np.isfinite(each.log_evidence)][:1]
+    if hypotheses and not any(explanation.has_law for explanation in hypotheses):
+        hypotheses += [
+            explanation
+            for explanation in latest.refitted
+            if explanation is not best and np.isfinite(explanation.log_evidence)
+        ][:1]
     return [*hypotheses, *([latest.nothing] if latest.nothing.probability >= thresholds.rival else [])]
 
 
 def _with_estimates(
     latest: Round, rivals: Sequence[Nothing | Refitted], weighed: Mapping[str, Nothing | Refitted]
 ) -> list[Explanation]:
-    """The explanations of a round as they were ``weighed`` about their own estimates; all others with the least gain
-    of the rivals'.
+    """Return the explanations of a round, each rival as it was ``weighed`` about its own estimate.
+
+    All others gain as much as the rival that gained least.
     """
-    gains = [weighed[each.name].log_evidence - each.log_evidence for each in rivals if each.name in weighed]
-    gain = min((each for each in gains if np.isfinite(each)), default=0.0)
+    gains = [weighed[rival.name].log_evidence - rival.log_evidence for rival in rivals if rival.name in weighed]
+    gain = min((gain for gain in gains if np.isfinite(gain)), default=0.0)
     return [
-        weighed[each.name] if each.name in weighed else replace(each, log_evidence=each.log_evidence + gain)
-        for each in latest.explanations
+        weighed[explanation.name]
+        if explanation.name in weighed
+        else replace(explanation, log_evidence=explanation.log_evidence + gain)
+        for explanation in latest.explanations
     ]
 
 
 def _in_free_form(
     explanations: Sequence[Explanation], weighed: Mapping[str, tuple[float, FreeForm]]
 ) -> list[Explanation]:
-    """The explanations, those without a law in any form, too, whose log evidence and numbers were ``weighed``."""
+    """Return the explanations, where those without a law may also take the free form that was ``weighed``.
+
+    weighed : by name, its log evidence and its numbers
+    """
     both = list(explanations)
-    for i, each in enumerate(explanations):
-        if isinstance(each, Screened) and each.name in weighed:
-            free_evidence, form = weighed[each.name]
-            evidence = float(np.logaddexp(each.log_evidence, free_evidence))
+    for i, explanation in enumerate(explanations):
+        if isinstance(explanation, Screened) and explanation.name in weighed:
+            free_evidence, form = weighed[explanation.name]
+            evidence = float(np.logaddexp(explanation.log_evidence, free_evidence))
             share = float(np.exp(free_evidence - evidence))
-            both[i] = replace(each, log_evidence=evidence, free_form=replace(form, share=share))
+            both[i] = replace(explanation, log_evidence=evidence, free_form=replace(form, share=share))
     return both
 
 
 def best_law(explanations: Sequence[Explanation], estimates: Mapping[str, Reestimate]) -> Refitted | None:
     """Return the most probable explanation that has a law, of those estimated again; None where none was."""
-    laws = [each for each in explanations if isinstance(each, Refitted) and each.name in estimates and each.has_law]
-    possible = [each for each in laws if np.isfinite(each.log_evidence)]
-    return max(possible, key=lambda each: each.log_evidence, default=None)
+    laws = [law for law in explanations if isinstance(law, Refitted) and law.name in estimates and law.has_law]
+    possible = [law for law in laws if np.isfinite(law.log_evidence)]
+    return max(possible, key=lambda law: law.log_evidence, default=None)
 
 
 def weigh_about(about: Reestimate, base: Refit, explanation: Nothing | Refitted) -> Nothing | Refitted:

@@ -24,11 +24,16 @@ def count_second_law(latest: Round, law: Refitted, following: Round) -> Round | 
     both = law.log_evidence + second.log_evidence - nothing.log_evidence
     if not second.has_law or both <= latest.best.log_evidence:
         return None
-    by_laws = sum(each.probability for each in following.explanations if isinstance(each, Nothing) or each.has_law)
+    by_laws = sum(
+        explanation.probability
+        for explanation in following.explanations
+        if isinstance(explanation, Nothing) or explanation.has_law
+    )
     prior = latest.fitted.thresholds.nothing
     more = max(prior * by_laws / max(nothing.probability, _LEAST), 1.0)
-    shares = [each.probability * (more if each is law else 1.0) for each in latest.explanations]
+    shares = [explanation.probability * (more if explanation is law else 1.0) for explanation in latest.explanations]
     weighed = [
-        replace(each, probability=share / sum(shares)) for each, share in zip(latest.explanations, shares, strict=True)
+        replace(explanation, probability=share / sum(shares))
+        for explanation, share in zip(latest.explanations, shares, strict=True)
     ]
-    return replace(latest, explanations=tuple(sorted(weighed, key=lambda each: -each.probability)))
+    return replace(latest, explanations=tuple(sorted(weighed, key=lambda explanation: -explanation.probability)))

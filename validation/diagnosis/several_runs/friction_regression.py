@@ -41,7 +41,7 @@ from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import (
     Law,
     by_size,
     day_run,
-    fit_beside,
+    fit_own_numbers,
     fit_to_all,
     numbers_of,
     responses,
@@ -72,7 +72,7 @@ class FoundLaw:
 
     offered : whether it is clearly more probable than nothing and every law of the list
     products : names of the products in it
-    probability : beside all laws of the list and nothing
+    probability : among all laws of the list and nothing
     log_evidence : as an explanation's of the day;  over_nothing, over_best_named : by how much it is above theirs
     numbers : of friction, and the coefficients
     inclusion_probability : of every product, over all sums
@@ -168,10 +168,10 @@ def probability_of_sum(
     explanations: Sequence[DayExplanation], log_evidence: float, count: int, thresholds: Thresholds = THRESHOLDS
 ) -> float:
     """Return the probability of a sum of so many products, next to all explanations of the day."""
-    nothing = next(each for each in explanations if each.name == NOTHING_MISSING)
-    laws = [each for each in explanations if each is not nothing]
-    evidence = np.array([*(each.log_evidence for each in laws), log_evidence])
-    weights = np.array([*(BY_NAME[each.name].weight for each in laws), np.exp(log_prior_of(count))])
+    nothing = next(explanation for explanation in explanations if explanation.name == NOTHING_MISSING)
+    laws = [explanation for explanation in explanations if explanation is not nothing]
+    evidence = np.array([*(explanation.log_evidence for explanation in laws), log_evidence])
+    weights = np.array([*(BY_NAME[explanation.name].weight for explanation in laws), np.exp(log_prior_of(count))])
     return float(probabilities(nothing.log_evidence, evidence, weights, thresholds)[-1])
 
 
@@ -180,8 +180,8 @@ def find_law(
     explanations: Sequence[DayExplanation],
     progress: Callable[[float | None, str], None] = lambda _share, _detail: None,
 ) -> tuple[FoundLaw, tuple[SeparateFit, ...]]:
-    """Return the most probable sum of products beside the day's ``explanations``, and where it is offered each run
-    fitted with it.
+    """Return the most probable sum of products next to the day's ``explanations`` and, if offered, every run fitted
+    with it.
 
     It is fitted with the real term where none is less than half probable among the sums.
     """
@@ -194,7 +194,7 @@ def find_law(
     def law_of(subset: Sequence[int]) -> Law:
         return _law([BASIS[i] for i in subset], variables, away, thresholds)
 
-    nothing = next(each for each in explanations if each.name == NOTHING_MISSING)
+    nothing = next(explanation for explanation in explanations if explanation.name == NOTHING_MISSING)
     selection, joint = _about_own_fits(law_of, runs_alone)
     joint = replace(joint, evidence=nothing.log_evidence + float(selection.log_evidence[selection.best]))
     if selection.probability[0] < 0.5:
@@ -207,9 +207,12 @@ def find_law(
     law = law_of(selection.chosen)
     probability = probability_of_sum(explanations, joint.evidence, len(law.keys), thresholds)
     fits = tuple(_with_numbers(law, own, joint, fit) for own, fit in zip(runs_alone, joint.fits, strict=False))
-    possible = bool(fits) and all(_brakes(each.fit.model, seen) for each, seen in zip(fits, feet, strict=True))
+    possible = bool(fits) and all(_brakes(alone.fit.model, seen) for alone, seen in zip(fits, feet, strict=True))
     offered = possible and probability > thresholds.law_offered
-    named = max((each for each in explanations if each is not nothing), key=lambda each: each.log_evidence)
+    named = max(
+        (explanation for explanation in explanations if explanation is not nothing),
+        key=lambda explanation: explanation.log_evidence,
+    )
     numbers = numbers_of(law, runs_alone[0], joint)
     law_found = FoundLaw(
         offered=offered,
@@ -231,12 +234,12 @@ def find_law(
 def _about_own_fits(
     law_of: Callable[[Sequence[int]], Law], runs_alone: Sequence[SeparateFit]
 ) -> tuple[Selection, Joint]:
-    """All sums by the responses about the runs' own fits, and the best with its numbers."""
+    """Compare all sums by the responses about the runs' own fits; return them, and the numbers of the best one."""
     columns = [some[0] for some in responses(runs_alone, [law_of(range(len(BASIS)))])]
     runs = [day_run(own, linear_model(own.problem, own.state, own.fit), own.state.levels) for own in runs_alone]
     thresholds = runs_alone[0].problem.thresholds
     selection = select(*what_runs_know(runs, columns, thresholds.product_size), thresholds)
-    chosen = [each[:, selection.chosen] for each in columns]
+    chosen = [of_run[:, selection.chosen] for of_run in columns]
     return selection, by_size(law_of(selection.chosen), runs, chosen, thresholds)
 
 
@@ -246,18 +249,18 @@ def _about_itself(
     """All sums by the responses about the best one, from shared numbers ``values`` on, until it stays the best; and its
     numbers.
 
-    About the runs' own fits, start, posture and snow have given way to what is missing.
+    About the runs' own fits, errors of start, posture and snow stand for part of what is missing.
     """
     every, thresholds = law_of(range(len(BASIS))), runs_alone[0].problem.thresholds
     for _ in range(thresholds.regression_rounds):
         before, shared = selection.chosen, len(SHARED)
         all_values = np.zeros(shared + len(BASIS))
         all_values[[*range(shared), *(shared + i for i in before)]] = values
-        runs_with_law = fit_beside(every, all_values, runs_alone)
+        runs_with_law = fit_own_numbers(every, all_values, runs_alone)
         runs, columns = [run for run, _, _ in runs_with_law], [some for _, some, _ in runs_with_law]
         selection = select(*what_runs_know(runs, columns, thresholds.product_size), thresholds)
         law = law_of(selection.chosen)
-        values = by_size(law, runs, [each[:, selection.chosen] for each in columns], thresholds).values
+        values = by_size(law, runs, [of_run[:, selection.chosen] for of_run in columns], thresholds).values
         if selection.chosen == before:
             break
     return selection, values
@@ -276,7 +279,7 @@ def formula_of(numbers: dict[str, Number], variables: dict[str, Variable]) -> st
 
 
 def _counted(name: str, variable: Variable) -> str:
-    """How a variable is counted, angles in degrees."""
+    """Return how a variable is counted, with angles in degrees."""
     words = {"edge": "edge angle", "load": "load on a ski", "slip": "slip |v_n|/|v|", "place": "place downhill"}
     angle = variable.unit == "rad"
     factor, unit = (np.degrees(1.0), "°") if angle else (1.0, "" if variable.unit == "1" else f" {variable.unit}")
@@ -318,7 +321,7 @@ def _variables(feet: Sequence[FootState], away: Sequence[float]) -> dict[str, Va
     loads, about = np.concatenate([run.load.ravel() for run in feet]), quantities(FrictionLaw)
     variables = {}
     for name in VARIABLES:
-        values = np.concatenate([each[name].ravel() for each in seen])
+        values = np.concatenate([run[name].ravel() for run in seen])
         mean = float(np.average(values, weights=loads))
         width = float(np.sqrt(np.average((values - mean) ** 2, weights=loads)))
         scale = about[f"{name}_scale"]
@@ -343,14 +346,15 @@ def _with_numbers(law: Law, own: SeparateFit, joint: Joint, fit: Refit) -> Separ
     """A run fitted with the law, and the numbers that all share as they are in the end."""
     known = {p.names[0]: p.prior.mean for p in own.fit.parameters}
     names = (*SHARED, *law.amplitudes)
-    values = {name: known.get(name, 0.0) + float(each) for name, each in zip(names, joint.values, strict=True)}
+    values = {name: known.get(name, 0.0) + float(shift) for name, shift in zip(names, joint.values, strict=True)}
     bounded = {name: float(np.clip(value, *fit.model.bounds(name))) for name, value in values.items()}
     return replace(own, fit=replace(fit, model=fit.model.with_values(bounded)))
 
 
 def model_with_law(run: SeparateFit) -> Model:
-    """Return the model of a run that was fitted with a law: all that is uncertain of the run alone estimated again
-    beside it, by the reduced model.  It is the fit's where that cannot be.
+    """Return the model of a run that was fitted with a law, once all that is uncertain of that run is estimated again.
+
+    The reduced model estimates it; where it cannot, the model is the fit's.
     """
     try:
         posterior = last_estimate(run.problem, run.state, run.fit, full=False)
@@ -363,7 +367,7 @@ def model_with_law(run: SeparateFit) -> Model:
 
 
 def _brakes(model: Model, feet: FootState) -> bool:
-    """Whether the snow brakes wherever the skis were."""
+    """Return whether the snow brakes wherever the skis were."""
     law = model.owner(FrictionLaw.name)
     assert isinstance(law, FrictionLaw)
     return bool(np.min(model.friction.mu_t + law.change(ArrayMath(), feet)) > 0.0)

@@ -5,8 +5,8 @@ and a fast one.  Friction along and across the ski is one number for all runs, a
 everywhere; starts, headings, mountings and the capture's errors are each run's own.
 
 Laws are compared by their linear responses first.  The best of them are then fitted to all runs together with the real
-term: by turns all runs have their own numbers fitted beside the shared ones, and these follow from all runs' responses
-about that.
+term, in turns: each run's own numbers are fitted at the shared ones, and the shared ones then follow from all runs'
+responses.
 """
 
 from __future__ import annotations
@@ -186,9 +186,9 @@ def by_size(law: Law, runs: Sequence[DayRun], columns: Sequence[Array], threshol
     if not law.amplitudes:
         return Joint(*joint_evidence(runs))
     each_size = [
-        joint_evidence(runs, [Freedom(each, size * law.scales) for each in columns]) for size in thresholds.sizes
+        joint_evidence(runs, [Freedom(of_run, size * law.scales) for of_run in columns]) for size in thresholds.sizes
     ]
-    total = float(np.logaddexp.reduce([each[0] for each in each_size]) - np.log(len(thresholds.sizes)))
+    total = float(np.logaddexp.reduce([evidence for evidence, _, _ in each_size]) - np.log(len(thresholds.sizes)))
     (_, values, errors), size = max(zip(each_size, thresholds.sizes, strict=True), key=lambda pair: pair[0][0])
     return Joint(total, values, errors, size)
 
@@ -201,7 +201,7 @@ def fit_to_all(law: Law, runs_alone: Sequence[SeparateFit], start: Array) -> Joi
     joint, thresholds = Joint(-np.inf, start, np.ones(len(start))), runs_alone[0].problem.thresholds
     for _ in range(thresholds.day_turns):
         values = joint.values
-        runs_with_law = fit_beside(law, values, runs_alone)
+        runs_with_law = fit_own_numbers(law, values, runs_alone)
         beforehand = sum(log_prior(run.linear.measurements.usual, run.levels) for run, _, _ in runs_with_law)
         joint = by_size(
             law, [run for run, _, _ in runs_with_law], [columns for _, columns, _ in runs_with_law], thresholds
@@ -230,16 +230,17 @@ def _log_possible(law: Law, own: SeparateFit, joint: Joint) -> float:
     return log_share(possible, before, after)
 
 
-def fit_beside(law: Law, values: Array, runs_alone: Sequence[SeparateFit]) -> list[tuple[DayRun, Array, Refit]]:
-    """Fit each run's own numbers beside the shared ``values``: what the day needs of it about that, its responses
-    (N, amplitudes) to the law, and the fit.
+def fit_own_numbers(law: Law, values: Array, runs_alone: Sequence[SeparateFit]) -> list[tuple[DayRun, Array, Refit]]:
+    """Fit each run's own numbers while the shared ``values`` are held.
+
+    Return for each what the day needs of it about that fit, its responses (N, amplitudes) to the law, and the fit.
 
     Raises as ``fit_to_all``.
     """
-    return side_by_side(partial(_fit_one_beside, law, values, runs_alone), range(len(runs_alone)))
+    return side_by_side(partial(_fit_own_numbers_of, law, values, runs_alone), range(len(runs_alone)))
 
 
-def _fit_one_beside(
+def _fit_own_numbers_of(
     law: Law, values: Array, runs_alone: Sequence[SeparateFit], run: int
 ) -> tuple[DayRun, Array, Refit]:
     own = runs_alone[run]
@@ -259,17 +260,17 @@ def _fit_one_beside(
     fit = fit_model(own.problem, own.state, start, every, own.state.levels)
     count = len(parameters)
     columns = fit.sensitivity[:, count:]
-    beside = replace(
+    without_law = replace(
         fit, parameters=own.fit.parameters, values=fit.values[:count], sensitivity=fit.sensitivity[:, :count]
     )
-    linear = linear_model(own.problem, own.state, beside)
+    linear = linear_model(own.problem, own.state, without_law)
     linear = replace(linear, residual=linear.residual + columns @ fit.values[count:])
     levels, _ = best_levels(linear, own.state.levels, Freedom(columns, law.scales) if amplitudes else None)
     return day_run(own, linear, levels), columns, fit
 
 
 def _held(prior: Prior, apart: float, share: float) -> Prior:
-    """What holds a number ``apart`` from its prior's mean, to that ``share`` of its usual size."""
+    """Return a prior that holds a number ``apart`` from its prior's mean, to that ``share`` of its usual size."""
     return Prior(prior.mean + apart, share * prior.sigma)
 
 
@@ -304,7 +305,7 @@ def compare_for_day(
     runs = [day_run(own, linear_model(own.problem, own.state, own.fit), own.state.levels) for own in runs_alone]
     by_law = zip(*responses(runs_alone, laws), strict=True)
     linearly = [by_size(law, runs, columns, thresholds) for law, columns in zip(laws, by_law, strict=True)]
-    best = max(each.evidence for each in linearly)
+    best = max(joint.evidence for joint in linearly)
     ranked = sorted(range(1, len(laws)), key=lambda i: -linearly[i].evidence)
     finalists = [
         0,
@@ -319,23 +320,26 @@ def compare_for_day(
         except SimulationDiverged as error:
             progress(None, f"{added} is compared by its linear response: {error}")
     gains = [fitted_laws[i].evidence - linearly[i].evidence for i in fitted_laws]
-    gain = min((each for each in gains if np.isfinite(each)), default=0.0)
-    joint = {i: fitted_laws.get(i) or replace(each, evidence=each.evidence + gain) for i, each in enumerate(linearly)}
-    joint = {i: each for i, each in joint.items() if np.isfinite(each.evidence)}
+    gain = min((gain for gain in gains if np.isfinite(gain)), default=0.0)
+    joint = {
+        i: fitted_laws.get(i) or replace(with_law, evidence=with_law.evidence + gain)
+        for i, with_law in enumerate(linearly)
+    }
+    joint = {i: with_law for i, with_law in joint.items() if np.isfinite(with_law.evidence)}
     nothing, *others = joint.items()
-    evidence, weights = np.array([(each.evidence, laws[i].weight) for i, each in others]).reshape(-1, 2).T
+    evidence, weights = np.array([(with_law.evidence, laws[i].weight) for i, with_law in others]).reshape(-1, 2).T
     odds = probabilities(nothing[1].evidence, evidence, weights, thresholds)
     explanations = [
         DayExplanation(
             laws[i].name,
             float(probability),
-            each.evidence,
-            numbers_of(laws[i], first, each),
+            with_law.evidence,
+            numbers_of(laws[i], first, with_law),
             fitted=i in fitted_laws,
         )
-        for probability, (i, each) in zip(odds, joint.items(), strict=True)
+        for probability, (i, with_law) in zip(odds, joint.items(), strict=True)
     ]
-    return sorted(explanations, key=lambda each: -each.probability)
+    return sorted(explanations, key=lambda explanation: -explanation.probability)
 
 
 def numbers_of(law: Law, first: SeparateFit, joint: Joint) -> dict[str, Number]:

@@ -56,7 +56,7 @@ from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 class Pass:
     """Another run over a place.
 
-    metres : of its way there
+    metres : of its path there
     log_evidence : by the name of each explanation that keeps to a place: of what this run measured were it there again,
         less that of all others; None where it cannot be
     """
@@ -82,7 +82,7 @@ class SamePlace:
 
     @property
     def settled(self) -> bool:
-        """Whether the other runs made a name sure, or another one sure."""
+        """Return whether the other runs made a name sure, or another one sure."""
         name, probability = best_of(self.after)
         first, before = best_of(self.before)
         return probability >= THRESHOLDS.sure and (before < THRESHOLDS.sure or name != first)
@@ -90,7 +90,7 @@ class SamePlace:
 
 @dataclass(frozen=True)
 class Way:
-    """A run's way over its slope: instants (n,) s, the middle of the feet (n, 3) m in the slope frame, and where that
+    """A run's path over its slope: instants (n,) s, the middle of the feet (n, 3) m in the slope frame, and where that
     frame is: inclination and azimuth (rad), origin (as ``Gps.origin``).
     """
 
@@ -105,7 +105,7 @@ class Way:
         return enu_from(places @ slope_to_enu(self.inclination, self.azimuth).T, self.origin, origin)[:, :2]
 
     def line_in(self, f: float, other: Way) -> float:
-        """Return where the place at which this way meets ``f`` (m) lies down the fall line (m) of another's slope
+        """Return where the place at which this path meets ``f`` (m) lies down the fall line (m) of another's slope
         frame; it goes straight on down the fall line where the path has ended.
         """
         along = np.maximum.accumulate(self.places[:, 0])
@@ -164,9 +164,9 @@ def ask_other_runs(
     runs = [_run(name, end) for name, end in ends.items()]
     answers = []
     for run in runs:
-        for each in run.end.accepted:
-            progress(None, f"{each.explanation.name} of {run.name} in the other runs")
-            asked = _ask(run, each, [other for other in runs if other is not run])
+        for finding in run.end.accepted:
+            progress(None, f"{finding.explanation.name} of {run.name} in the other runs")
+            asked = _ask(run, finding, [other for other in runs if other is not run])
             if asked is not None:
                 answers.append(asked)
     return tuple(answers)
@@ -180,18 +180,18 @@ def _run(name: str, end: SearchEnd) -> _Run:
 
 
 def _ask(run: _Run, finding: Accepted, others: Sequence[_Run]) -> SamePlace | None:
-    """What the other runs say of a finding; None where they say nothing."""
+    """Return what the other runs say of a finding; None where they say nothing."""
     thresholds, searched = run.end.problem.thresholds, finding.searched
     rivals = [
-        each
-        for each in searched.explanations
-        if isinstance(each, Nothing | Refitted) and each.probability >= thresholds.rival
+        rival
+        for rival in searched.explanations
+        if isinstance(rival, Nothing | Refitted) and rival.probability >= thresholds.rival
     ]
-    keeping = [each for each in rivals if isinstance(each, Refitted) and each.hypothesis.lines]
+    keeping = [rival for rival in rivals if isinstance(rival, Refitted) and rival.hypothesis.lines]
     if not keeping or len(rivals) < 2:
         return None
-    known = {each.name: _known(each, thresholds) for each in keeping}
-    windows = {each.name: _window(run, each) for each in keeping}
+    known = {rival.name: _known(rival, thresholds) for rival in keeping}
+    windows = {rival.name: _window(run, rival) for rival in keeping}
     passes = []
     for other in others:
         inside = {name: other.way.passes(run.way, window, thresholds.near_path) for name, window in windows.items()}
@@ -223,15 +223,18 @@ def update(searched: Round, passes: Sequence[Pass]) -> tuple[Explanation, ...]:
     """Return the explanations of a round with what other runs measured at its place, the most probable first."""
     gains = gains_of(passes)
     return searched.ranked(
-        [replace(each, log_evidence=each.log_evidence + gains.get(each.name, 0.0)) for each in searched.explanations]
+        [
+            replace(explanation, log_evidence=explanation.log_evidence + gains.get(explanation.name, 0.0))
+            for explanation in searched.explanations
+        ]
     ).explanations
 
 
 def gains_of(passes: Sequence[Pass]) -> dict[str, float]:
     """Return the log evidence of all passes together, by the names of what keeps to a place; -inf if impossible."""
     gains: dict[str, float] = {}
-    for each in passes:
-        for name, gain in each.log_evidence.items():
+    for passed in passes:
+        for name, gain in passed.log_evidence.items():
             gains[name] = gains.get(name, 0.0) + (-np.inf if gain is None else gain)
     return gains
 
@@ -251,7 +254,7 @@ def _what_is_known(fit: Refit, name: NumberRef, thresholds: Thresholds) -> Prior
 
 
 def _window(run: _Run, explanation: Refitted) -> tuple[float, float]:
-    """When an explanation that keeps to a place acts on its own run (s)."""
+    """Return when an explanation that keeps to a place acts on its own run (s)."""
     candidate, model = explanation.candidate, explanation.fit.model
     names = [*candidate.strengths, *candidate.places]
     values = {name.key: model.value(name) for name in names}
@@ -263,7 +266,7 @@ def _window(run: _Run, explanation: Refitted) -> tuple[float, float]:
 def _weigh_there(
     run: _Run, other: _Run, known: Mapping[str, _Known], inside: Mapping[str, NDArray[np.bool_]]
 ) -> tuple[dict[str, float | None], dict[str, _Known]]:
-    """By the names of ``inside`` what ``Pass.log_evidence`` is, and what is ``known`` after it of each.
+    """Return ``Pass.log_evidence`` by the names of ``inside``, and what is ``known`` of each afterwards.
 
     inside : (n,) by name, when the other run is at the place
 
@@ -276,7 +279,7 @@ def _weigh_there(
         without = Reestimate(end.problem, end.state, end.fit)
     else:
         finding = own.explanation
-        if sum(each.explanation.name == finding.name for each in end.accepted) > 1:
+        if sum(accepted.explanation.name == finding.name for accepted in end.accepted) > 1:
             return {}, dict(known)
         state, less = remove(end.problem, end.state, end.fit, finding.candidate)
         without = Reestimate(*estimate_again(end.problem, state, less, full=end.full))
@@ -301,14 +304,12 @@ def _evidence(about: Reestimate) -> float:
 
 
 def _own_there(other: _Run, inside: NDArray[np.bool_]) -> Accepted | None:
-    """What a run itself was found to have at a place, where it is (n,) ``inside``: that with most of its time in
-    common.
-    """
+    """Return the run's own finding that shares most of its time at a place; ``inside`` (n,) says when it is there."""
     shares: dict[int, float] = {}
-    for i, each in enumerate(other.end.accepted):
-        if each.explanation.candidate.window is None:
+    for i, accepted in enumerate(other.end.accepted):
+        if accepted.explanation.candidate.window is None:
             continue
-        begin, end = _window(other, each.explanation)
+        begin, end = _window(other, accepted.explanation)
         acts = (other.way.time >= begin) & (other.way.time <= end)
         shares[i] = float(np.sum(acts & inside)) / max(1.0, float(np.sum(acts | inside)))
     best = max(shares, key=lambda i: shares[i], default=None)
@@ -316,10 +317,10 @@ def _own_there(other: _Run, inside: NDArray[np.bool_]) -> Accepted | None:
 
 
 def _evidence_of_own(end: SearchEnd, without: Reestimate, own: Refitted) -> float:
-    """Log evidence of a run with what it was itself found to have, wherever it was sought."""
+    """Return the log evidence of a run with its own finding, wherever that was sought."""
     amplitudes, places = extended_parameters(without.fit, own.candidate)
     names = [p.names for p in (*amplitudes, *places)]
-    order = [next(i for i, p in enumerate(end.fit.parameters) if p.names == each) for each in names]
+    order = [next(i for i, p in enumerate(end.fit.parameters) if p.names == sought) for sought in names]
     fit = end.fit
     ordered = replace(
         fit,
@@ -337,12 +338,12 @@ def _either(nothing: float, own: Accepted, evidence: float, problem: DiagnosisPr
     have that keep to their time, each as probable beforehand as in a diagnosis of that run alone; ``evidence`` is that
     of the best explanation.
     """
-    temper, whole = problem.thresholds.temper, sum(each.weight for each in problem.hypotheses)
+    temper, whole = problem.thresholds.temper, sum(hypothesis.weight for hypothesis in problem.hypotheses)
     logs = [temper * nothing]
-    for each in own.searched.hypotheses:
-        if not each.hypothesis.comes_again:
-            behind = own.explanation.log_evidence - each.log_evidence
-            logs.append(temper * (evidence - behind) + float(np.log(each.hypothesis.weight / whole)))
+    for rival in own.searched.hypotheses:
+        if not rival.hypothesis.comes_again:
+            behind = own.explanation.log_evidence - rival.log_evidence
+            logs.append(temper * (evidence - behind) + float(np.log(rival.hypothesis.weight / whole)))
     return float(np.logaddexp.reduce(logs)) / temper
 
 
@@ -365,7 +366,7 @@ def _meet_again(run: _Run, other: _Run, without: Reestimate, known: _Known) -> t
 
 
 def _after(known: _Known, fit: Refit, lines: Mapping[str, float], thresholds: Thresholds) -> _Known:
-    """What is known once a run has met it; its parameters are the last of ``fit``."""
+    """Return what is known once a run has met it; its parameters are the last of ``fit``."""
     numbers = {}
     for key, parameter in zip(known.numbers, fit.parameters[-len(known.numbers) :], strict=True):
         now = _what_is_known(fit, parameter.names[0], thresholds)
@@ -386,15 +387,15 @@ def _sentence(
     passes: Sequence[Pass],
     thresholds: Thresholds,
 ) -> str:
-    """What a finding is, in words, now that the other runs have been asked."""
-    *most, last = [each.run for each in passes]
+    """Return a finding in words, now that the other runs have been asked."""
+    *most, last = [passed.run for passed in passes]
     who = f"{', '.join(most)} and {last}" if most else last
     met = "met it again" if max(gains_of(passes).values()) > 0.0 else "met nothing of it"
     name, probability = best_of(after)
     listed = ", ".join(
-        f"{_caption(each)} ({share:.0%}, by {run} alone {before[each]:.0%})"
-        for each, share in after.items()
-        if each == name or (probability < thresholds.sure and share >= thresholds.rival)
+        f"{_caption(cause)} ({share:.0%}, by {run} alone {before[cause]:.0%})"
+        for cause, share in after.items()
+        if cause == name or (probability < thresholds.sure and share >= thresholds.rival)
     )
     return f"{who} passed where {run} was between {window[0]:.1f} s and {window[1]:.1f} s, and {met}: {listed}."
 

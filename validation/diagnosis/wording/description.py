@@ -97,24 +97,24 @@ def describe(
     """
     before_model, after_model = (first, final) if estimates is None else estimates
     measurements, thresholds = problem.measurements, problem.thresholds
-    lines = [rounds[0].linear, *(each.linear for each in accepted)]
+    lines = [rounds[0].linear, *(finding.linear for finding in accepted)]
     folds = folds_of(measurements, rounds[0].fitted.edge_changes)
     residuals = [best_residual(linear, state.levels) for linear in lines]
     left_out = [held_out_errors(linear, state.levels, folds)[:, 0] for linear in lines]
     figures = [
-        figures_of(linear, state.levels, *each) for linear, *each in zip(lines, residuals, left_out, strict=True)
+        figures_of(linear, state.levels, *errors) for linear, *errors in zip(lines, residuals, left_out, strict=True)
     ]
     if estimates is not None:  # what the model does that is written
         for i, posterior in ((0, estimates[0]), (-1, estimates[1])):
             figures[i] = replace(figures[i], trajectory_error=posterior.track_error)
     missing, left = (
-        missing_force(each.linear, state.levels, each.fitted, each.responses[LATENT_FORCE.name])
-        for each in (rounds[0], rounds[-1])
+        missing_force(searched.linear, state.levels, searched.fitted, searched.responses[LATENT_FORCE.name])
+        for searched in (rounds[0], rounds[-1])
     )
     evidence = _evidence_of_each(accepted, lines, figures, state.levels, folds)
     findings = [
-        _finding(each.searched, each.explanation, after_model, rounds[-1].fitted, missing, its)
-        for each, its in zip(accepted, evidence, strict=True)
+        _finding(finding.searched, finding.explanation, after_model, rounds[-1].fitted, missing, its)
+        for finding, its in zip(accepted, evidence, strict=True)
     ]
     near = adequacy(residuals[-1], measurements, thresholds)
     verdict = verdict_of(findings, near, rounds[-1].nothing.probability, thresholds)
@@ -128,7 +128,7 @@ def describe(
         findings=tuple(findings),
         friction=FrictionChange(_friction(before_model.model), _friction(after_model.model)),
         noise=_noise(state.levels, problem.about),
-        weighed=tuple(tuple(_weighed(v) for v in each.explanations) for each in rounds),
+        weighed=tuple(tuple(_weighed(v) for v in searched.explanations) for searched in rounds),
         stands_out=tuple(
             Stretch(begin, end, _vector(missing.impulse((begin, end)))) for begin, end in missing.stretches()
         ),
@@ -139,7 +139,7 @@ def describe(
         next=following,
         way=_way(rounds[-1].fitted),
         friction_averaged=averaged_friction(
-            rounds[-1], [(each.searched, each.explanation) for each in accepted], after_model
+            rounds[-1], [(finding.searched, finding.explanation) for finding in accepted], after_model
         ),
         version=_version(problem.hypotheses, thresholds),
         held_out=held_out_stretches(rounds[0].fitted, folds, left_out[0], left_out[-1]),
@@ -152,11 +152,11 @@ def describe(
 
 
 def _next(last: Round, accepted: Sequence[Accepted], levels: NoiseLevels) -> tuple[Next, ...]:
-    """For the least certain of what was found, or for what stands between nothing and something."""
+    """Propose what distinguishes the least certain finding or, where nothing was found, nothing from something."""
     if not accepted:
         unlikely = last.nothing.probability < last.fitted.thresholds.likely
         return next_measurements(last, last.nothing, levels) if unlikely else ()
-    least = min(accepted, key=lambda each: each.explanation.probability)
+    least = min(accepted, key=lambda finding: finding.explanation.probability)
     return next_measurements(least.searched, least.explanation, levels)
 
 
@@ -237,8 +237,9 @@ def _evidence_of_each(
     levels: NoiseLevels,
     folds: list[tuple[float, float]],
 ) -> list[Evidence]:
-    """How much better the model meets the recording with each finding: ``lines`` and ``figures`` of the model without
-    any, and with each after the other.
+    """Return how much better the model meets the recording with each finding.
+
+    lines, figures : of the model without any finding, and with each after the other
     """
     evidence = []
     for finding, linear, before, after in zip(accepted, lines[:-1], figures[:-1], figures[1:], strict=True):
@@ -328,8 +329,8 @@ def _weighed(explanation: Explanation) -> Weighed:
 def _over_time(missing: MissingForce) -> ForceOverTime:
     return ForceOverTime(
         edges_s=tuple(missing.edges.tolist()),
-        force_N=tuple(_vector(each) for each in missing.force),
-        band_N=tuple(_vector(each) for each in missing.band),
+        force_N=tuple(_vector(force) for force in missing.force),
+        band_N=tuple(_vector(force) for force in missing.band),
         stands_out=tuple((bool(along), bool(across), bool(normal)) for along, across, normal in missing.stands_out),
         log_bayes_factor=missing.log_bayes_factor,
         by_foot=None if missing.on_feet is None else _by_foot(missing.on_feet),
@@ -338,7 +339,7 @@ def _over_time(missing: MissingForce) -> ForceOverTime:
 
 def _by_foot(missing: ForceOnFeet) -> ForceByFoot:
     def vectors(rows: Array) -> tuple[Vector, ...]:
-        return tuple(_vector(each) for each in rows)
+        return tuple(_vector(row) for row in rows)
 
     force, band = missing.force, missing.band
     return ForceByFoot(

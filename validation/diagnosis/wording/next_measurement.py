@@ -42,19 +42,23 @@ def next_measurements(searched: Round, chosen: Nothing | Refitted, levels: Noise
     The most promising comes first; none where no other was refitted, or where it is certain already.
     """
     thresholds = searched.fitted.thresholds
-    others = [each for each in searched.explanations if isinstance(each, Nothing | Refitted) and each is not chosen]
+    others = [
+        explanation
+        for explanation in searched.explanations
+        if isinstance(explanation, Nothing | Refitted) and explanation is not chosen
+    ]
     if not others or chosen.probability >= thresholds.sure:
         return ()
     other = others[0]
     proposals = []
-    for each in _passes(searched, levels):
+    for passing in _passes(searched, levels):
         try:
-            square = _difference(searched, chosen, other, each)
+            square = _difference(searched, chosen, other, passing)
         except SimulationDiverged:
             continue
         likely = settled(chosen.probability, other.probability, square, thresholds)
-        proposals.append(Next(each.words, (chosen.name, other.name), likely))
-    return tuple(sorted(proposals, key=lambda each: -each.probability)[: thresholds.listed_measurements])
+        proposals.append(Next(passing.words, (chosen.name, other.name), likely))
+    return tuple(sorted(proposals, key=lambda proposal: -proposal.probability)[: thresholds.listed_measurements])
 
 
 def settled(first: float, second: float, square: float, thresholds: Thresholds = THRESHOLDS) -> float:
@@ -84,19 +88,19 @@ def _passes(searched: Round, levels: NoiseLevels) -> Sequence[_Pass]:
     return passes
 
 
-def _difference(searched: Round, first: Nothing | Refitted, second: Nothing | Refitted, each: _Pass) -> float:
-    """D² of another pass, once all that is uncertain has taken its part."""
-    change = _predicted(searched, first, each) - _predicted(searched, second, each)
-    white = whiten_columns(searched.linear, each.levels, change[:, None])
-    rest = uncertain(searched.linear, each.levels).remove_from(white)
+def _difference(searched: Round, first: Nothing | Refitted, second: Nothing | Refitted, passing: _Pass) -> float:
+    """Return D² of another pass, once all that is uncertain has taken its part."""
+    change = _predicted(searched, first, passing) - _predicted(searched, second, passing)
+    white = whiten_columns(searched.linear, passing.levels, change[:, None])
+    rest = uncertain(searched.linear, passing.levels).remove_from(white)
     return max(0.0, float(white[:, 0] @ rest[:, 0]))
 
 
-def _predicted(searched: Round, explanation: Nothing | Refitted, each: _Pass) -> Array:
-    """(N,) what the instruments would measure of another pass."""
+def _predicted(searched: Round, explanation: Nothing | Refitted, passing: _Pass) -> Array:
+    """Return what the instruments would measure of another pass, (N,)."""
     model = on_another_pass(explanation)
     start = (VELOCITY_F, VELOCITY_L)
-    model = model.with_values({name: each.speed * model.value(name) for name in start})
+    model = model.with_values({name: passing.speed * model.value(name) for name in start})
     fitted = searched.fitted
     return fitted.measurements.predict(model, simulate_reduced(model, fitted.prepared))
 

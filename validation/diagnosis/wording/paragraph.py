@@ -51,7 +51,7 @@ def paragraph_of(
     ]
     if not near.adequate:
         sentences.append(
-            f"The simulation misses the recorded way by {near.missed_m:.2f} m where the instruments allow "
+            f"The simulation misses the recorded path by {near.missed_m:.2f} m where the instruments allow "
             f"{near.allowed_m:.2f} m: it does not describe this run; what was found or fitted, friction too, is not to "
             "be trusted, and no cause is ruled out"
         )
@@ -62,13 +62,13 @@ def paragraph_of(
         sentences += _without_finding(verdict, last, figures[0])
     if near.adequate:
         names = {finding.name for finding in findings}
-        sentences += _too_small({name: each for name, each in last.noticed.items() if name not in names})
+        sentences += _too_small({name: smallest for name, smallest in last.noticed.items() if name not in names})
     sentences.append(_what_next(findings, near, verdict, following, thresholds))
     return ". ".join(sentences) + "."
 
 
 def _of_finding(finding: Finding, model: Model, thresholds: Thresholds) -> list[str]:
-    """What it is, when, how large, how sure, and what it may be instead."""
+    """Say what a finding is, when it acts, how large and how sure it is, and what it may be instead."""
     words = BY_NAME[finding.name].plain_words(finding.parameters, model)
     certain = f"the program holds this for {_percent(finding.probability)} probable"
     if finding.probability < thresholds.sure:
@@ -86,7 +86,7 @@ def _when(where: Where | None) -> str:
     if where is None:
         return "All along the run"
     time = f"from {where.t0_s:.1f} s to {where.t1_s:.1f} s"
-    way = f"{where.distance_m[0]:.0f} m to {where.distance_m[1]:.0f} m along the way"
+    way = f"{where.distance_m[0]:.0f} m to {where.distance_m[1]:.0f} m along the path"
     if not where.turns:
         return f"{time[0].upper()}{time[1:]} ({way})"
     first, last = where.turns[0], where.turns[-1]
@@ -95,7 +95,7 @@ def _when(where: Where | None) -> str:
 
 
 def _gain(figures: Sequence[Figures]) -> list[str]:
-    """What a model with all findings does on turns that it was not fitted to."""
+    """Say what a model with all findings does on turns that it was not fitted to."""
     before, after = figures[0].held_out_error, figures[-1].held_out_error
     means = "that speaks for it" if after < before else "that speaks against it"
     return [
@@ -105,7 +105,7 @@ def _gain(figures: Sequence[Figures]) -> list[str]:
 
 def _without_finding(verdict: Outcome, last: Round, figures: Figures) -> list[str]:
     nothing, best = last.nothing.probability, last.best
-    met = f"the simulated way is {figures.trajectory_error:.2f} m from the recorded one"
+    met = f"the simulated path is {figures.trajectory_error:.2f} m from the recorded one"
     if verdict == "none":
         return [
             f"Nothing was found: {met}, which the instruments' noise explains",
@@ -120,7 +120,7 @@ def _without_finding(verdict: Outcome, last: Round, figures: Figures) -> list[st
 
 
 def _too_small(noticed: dict[str, Smallest]) -> list[str]:
-    """From which size on the usual effects would have been noticed."""
+    """Say from which size on the usual effects would have been noticed."""
     listed = []
     for name, smallest in noticed.items():
         text = BY_NAME[name].plain_smallest or BY_NAME[name].smallest
@@ -149,12 +149,14 @@ def _what_next(
         return "Next: nothing needs to be measured again for this"
     if not findings:
         return "Next: ski the slope again, faster or slower, or with a better receiver"
-    unsure = (each for each in findings if each.probability < thresholds.sure)
-    known = (distinguishing_measurement(each.name, other.name) for each in unsure for other in each.alternatives)
-    measurement = next((each for each in known if each), None)
+    unsure = (finding for finding in findings if finding.probability < thresholds.sure)
+    known = (
+        distinguishing_measurement(finding.name, other.name) for finding in unsure for other in finding.alternatives
+    )
+    measurement = next((measurement for measurement in known if measurement), None)
     if measurement is not None:
         return f"Next: {measurement}"
-    least = min(findings, key=lambda each: each.probability)
+    least = min(findings, key=lambda finding: finding.probability)
     if least.kind == "sensor":
         return "Next: put the instrument right before the next run; the figures of this one take its fault into account"
     there = "be there again" if BY_NAME[least.name].comes_again else "be gone"

@@ -61,7 +61,7 @@ def _metres(distance: float) -> str:
 
 
 def _list_smallest(last: Round) -> str:
-    """In words, from which size on the usual effects would have been noticed."""
+    """Say from which size on the usual effects would have been noticed."""
     words = [(BY_NAME[name].smallest, smallest.value) for name, smallest in last.noticed.items()]
     return ", ".join(text.format(value=value, degrees=np.degrees(value)) for text, value in words if text)
 

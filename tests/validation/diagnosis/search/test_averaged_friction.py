@@ -76,10 +76,10 @@ def test_quantiles_of_a_mixture_hold_its_share() -> None:
 def test_where_nothing_else_is_probable_friction_is_the_final_model_s() -> None:
     final: Any = Fit(0.06, 0.55, 0.002)
     last = of_round(explanation("nothing", 1.0, Fit(0.07, 0.6, 0.002)), explanation("gust", 0.0, Fit(0.2, 0.9, 0.002)))
-    found = averaged_friction(last, [], final)
-    assert found["mu_t"].value == pytest.approx(0.06)
-    assert found["mu_t"].high == pytest.approx(0.06 + INTERVAL_90 * 0.002, rel=1e-5)  # 1.6449 for the quantile
-    assert found["mu_n"].low == pytest.approx(0.55 - INTERVAL_90 * 0.002, rel=1e-5)  # 1.6449 for the quantile
+    friction = averaged_friction(last, [], final)
+    assert friction["mu_t"].value == pytest.approx(0.06)
+    assert friction["mu_t"].high == pytest.approx(0.06 + INTERVAL_90 * 0.002, rel=1e-5)  # 1.6449 for the quantile
+    assert friction["mu_n"].low == pytest.approx(0.55 - INTERVAL_90 * 0.002, rel=1e-5)  # 1.6449 for the quantile
 
 
 def test_a_rival_s_friction_is_in_the_interval() -> None:
@@ -90,14 +90,14 @@ def test_a_rival_s_friction_is_in_the_interval() -> None:
     last = of_round(explanation("nothing", 1.0, Fit(0.06, 0.55, 0.002)))
     final: Any = Fit(0.06, 0.55, 0.002)
     final.values |= {"snow_patch.f0": 20.0, "snow_patch.f1": 40.0}
-    found = averaged_friction(last, [(first, chosen)], final)
-    assert found["mu_t"].value == pytest.approx(0.7 * 0.06 + 0.3 * 0.09)
-    assert found["mu_t"].low < 0.06
-    assert found["mu_t"].high > 0.09
+    friction = averaged_friction(last, [(first, chosen)], final)
+    assert friction["mu_t"].value == pytest.approx(0.7 * 0.06 + 0.3 * 0.09)
+    assert friction["mu_t"].low < 0.06
+    assert friction["mu_t"].high > 0.09
     spread = INTERVAL_90 / HALF
     expected = Mixture(np.array([0.3, 0.7]), np.array([0.09, 0.06]), spread * np.array([0.004, 0.002]))
-    assert found["mu_t"].high == pytest.approx(expected.quantile(0.95), rel=1e-4)  # 1.6449 for the quantile
-    assert found["mu_n"].value == pytest.approx(0.55)
+    assert friction["mu_t"].high == pytest.approx(expected.quantile(0.95), rel=1e-4)  # 1.6449 for the quantile
+    assert friction["mu_n"].value == pytest.approx(0.55)
 
 
 @pytest.mark.parametrize(("begin", "end"), [(1.0, 30.0), (30.0, 59.0)])
@@ -107,10 +107,10 @@ def test_faster_snow_at_one_end_of_a_run_may_be_slower_snow_on_the_rest(begin: f
     final: Any = Fit(0.13, 0.55, 0.002)
     patch = {"delta_mu_t": -0.09, "delta_mu_n": 0.01, "f0": begin, "f1": end}
     final.values |= {f"snow_patch.{key}": value for key, value in patch.items()}
-    found = averaged_friction(last, [(of_round(chosen), chosen)], final)
-    assert found["mu_t"].low < 0.04 < 0.13 < found["mu_t"].high
-    assert found["mu_n"].low < 0.55 < 0.56 < found["mu_n"].high
-    assert found["mu_t"].value == pytest.approx(0.085)
+    friction = averaged_friction(last, [(of_round(chosen), chosen)], final)
+    assert friction["mu_t"].low < 0.04 < 0.13 < friction["mu_t"].high
+    assert friction["mu_n"].low < 0.55 < 0.56 < friction["mu_n"].high
+    assert friction["mu_t"].value == pytest.approx(0.085)
 
 
 def test_either_ski_may_be_the_usual_one() -> None:
@@ -119,15 +119,15 @@ def test_either_ski_may_be_the_usual_one() -> None:
     final: Any = Fit(0.10, 0.55, 0.002)
     final.values["unexplained_friction.delta_mu"] = 0.06
     last = of_round(explanation("nothing", 1.0, Fit(0.10, 0.55, 0.002)))
-    found = averaged_friction(last, [(of_round(chosen), chosen)], final)
-    assert found["mu_t"].low < 0.07 < 0.13 < found["mu_t"].high
-    assert found["mu_t"].value == pytest.approx(0.10)
+    friction = averaged_friction(last, [(of_round(chosen), chosen)], final)
+    assert friction["mu_t"].low < 0.07 < 0.13 < friction["mu_t"].high
+    assert friction["mu_t"].value == pytest.approx(0.10)
 
 
 def test_friction_is_not_below_zero() -> None:
     final: Any = Fit(0.001, 0.55, 0.01)
-    found = averaged_friction(of_round(explanation("nothing", 1.0, final)), [], final)
-    assert found["mu_t"].low == 0.0
+    friction = averaged_friction(of_round(explanation("nothing", 1.0, final)), [], final)
+    assert friction["mu_t"].low == 0.0
 
 
 def test_what_is_not_refitted_moves_friction_as_the_linear_model_has_it() -> None:
@@ -148,7 +148,7 @@ def test_what_is_not_refitted_moves_friction_as_the_linear_model_has_it() -> Non
     weak = explained("wind", probability=0.3, candidate=candidate, levels=levels)
     searched = round_of(likely, weak, linear=linear, base=base)
     final: Any = Fit(0.06, 0.55, 0.002)
-    found = averaged_friction(searched, [], final)
+    friction = averaged_friction(searched, [], final)
 
     def posterior(extra: Freedom | None) -> tuple[float, float]:
         free = linear.all_free(levels)
@@ -162,10 +162,10 @@ def test_what_is_not_refitted_moves_friction_as_the_linear_model_has_it() -> Non
 
     (alone, sigma), (with_it, wider) = posterior(None), posterior(candidate.free)
     assert wider > 2.0 * sigma
-    assert found["mu_t"].value == pytest.approx(0.06 + 0.3 * (with_it - alone), rel=1e-9)
+    assert friction["mu_t"].value == pytest.approx(0.06 + 0.3 * (with_it - alone), rel=1e-9)
     expected = Mixture(
         np.array([0.3, 0.7]),
         np.array([0.06 + with_it - alone, 0.06]),
         INTERVAL_90 / HALF * 0.002 * np.array([wider / sigma, 1.0]),
     )
-    assert found["mu_t"].high == pytest.approx(expected.quantile(0.95), rel=1e-4)  # 1.6449 for the quantile
+    assert friction["mu_t"].high == pytest.approx(expected.quantile(0.95), rel=1e-4)  # 1.6449 for the quantile

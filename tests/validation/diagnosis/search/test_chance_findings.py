@@ -46,7 +46,7 @@ def test_where_nothing_is_hidden_every_chance_is_as_frequent_as_it_says(response
     given, rng = linear_model(), np.random.default_rng(9)
     root = np.linalg.cholesky(covariance(given))
     runs = [replace(given, residual=root @ rng.normal(size=len(root))) for _ in range(60)]
-    shares = [searched(each, responses).as_strong for each in runs]
+    shares = [searched(linear, responses).as_strong for linear in runs]
     # a right test rejects in one of a thousand; a search that was counted as one name would be far below
     assert kstest(shares, "uniform").pvalue > 1e-3
 
@@ -54,7 +54,7 @@ def test_where_nothing_is_hidden_every_chance_is_as_frequent_as_it_says(response
 def test_what_is_hidden_is_rarely_there_by_chance(responses: dict[str, Array]) -> None:
     given = linear_model()
     shown = replace(given, residual=given.residual + 8.0 * responses["gust"][:, 3])
-    found = searched(shown, responses)
-    assert found.runs == RUNS
-    assert found.as_strong == pytest.approx(1.0 / (RUNS + 1))
-    assert found.nothing_probability < 0.01 < found.nothing_probability_5_percent
+    chance = searched(shown, responses)
+    assert chance.runs == RUNS
+    assert chance.as_strong == pytest.approx(1.0 / (RUNS + 1))
+    assert chance.nothing_probability < 0.01 < chance.nothing_probability_5_percent

@@ -37,7 +37,7 @@ def test_a_patch_amid_a_run_is_not_taken_for_a_slippery_beginning() -> None:
     value = best.fit.model.value
     # posture and start have given way by a fifth of it
     assert value("snow_patch.delta_mu_t") == pytest.approx(delta, rel=0.2)
-    found = [value("snow_patch.f0"), value("snow_patch.f1")]
-    np.testing.assert_allclose(found, lines, atol=1.0)  # fixes of 2 cm, a metre in a fifth of a second
+    ends_of_best = [value("snow_patch.f0"), value("snow_patch.f1")]
+    np.testing.assert_allclose(ends_of_best, lines, atol=1.0)  # fixes of 2 cm, a metre in a fifth of a second
     # the other place was tried too, and let go
     assert len(best.elsewhere) == 1

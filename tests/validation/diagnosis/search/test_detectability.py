@@ -28,11 +28,11 @@ def test_an_effect_of_the_smallest_size_is_found_as_often_as_not(monkeypatch: py
     monkeypatch.setattr(Model, "about", lambda _self, _name: type("About", (), {"unit": "m/s"}))
     candidate = Candidate(Model.__new__(Model), freedom, ((NumberRef("gust.w_f"),),))
     information, _ = overlaps(given, LEVELS, uncertain(given, LEVELS), [freedom])
-    found = smallest_noticed(hypothesis, [candidate], information, HYPOTHESES)
-    assert (found.number, found.unit) == ("w_f", "m/s")
-    shown = replace(given, residual=freedom.columns[:, 0] * found.value)
+    smallest = smallest_noticed(hypothesis, [candidate], information, HYPOTHESES)
+    assert (smallest.number, smallest.unit) == ("w_f", "m/s")
+    shown = replace(given, residual=freedom.columns[:, 0] * smallest.value)
     known = overlaps(shown, LEVELS, uncertain(shown, LEVELS), [freedom])
-    share = (1.0 - THRESHOLDS.nothing) * hypothesis.weight / sum(each.weight for each in HYPOTHESES)
+    share = (1.0 - THRESHOLDS.nothing) * hypothesis.weight / sum(other.weight for other in HYPOTHESES)
     odds = share / THRESHOLDS.nothing * np.exp(THRESHOLDS.temper * float(log_factors(*known)[0, 0, 0]))
     assert 1.0 < odds < 4.5  # the prior of the amplitude draws by 1/(1 + g), a part of what it would be without one
 
@@ -42,12 +42,12 @@ def test_a_track_missed_by_more_than_instruments_allow_is_not_adequate(missed: f
     measurements = replace(instruments(fixes=150), counts=np.ones(150))
     residual = np.zeros(len(measurements.measured))
     residual[: measurements.blocks["y"].stop] = missed * measurements.gps_sigma
-    found = adequacy(residual, measurements)
-    assert found.missed_m == pytest.approx(np.sqrt(2.0) * missed * measurements.gps_sigma)
-    assert found.adequate == adequate
+    near = adequacy(residual, measurements)
+    assert near.missed_m == pytest.approx(np.sqrt(2.0) * missed * measurements.gps_sigma)
+    assert near.adequate == adequate
     # 15 s of an error that lasts 2.5 s are four samples of two axes: with one chance in a thousand their squares sum up
     # to 26, and instruments may be twice as bad as they say
-    assert found.allowed_m == pytest.approx(2.0 * np.sqrt(2.0 * 26.0 / 8.0) * measurements.gps_sigma, rel=0.05)
+    assert near.allowed_m == pytest.approx(2.0 * np.sqrt(2.0 * 26.0 / 8.0) * measurements.gps_sigma, rel=0.05)
 
 
 def test_single_fixes_that_do_not_count_do_not_make_a_track_inadequate() -> None:

@@ -39,9 +39,9 @@ def finding(latest: Round, name: str, begin: int, end: int) -> Refitted:
     """A push down the fall line in cells [begin, end), by the name of some hypothesis."""
     responses = latest.responses[LATENT_FORCE.name]
     candidate = next(
-        each
-        for each in LATENT_FORCE.candidates(latest.fitted, responses)
-        if each.window == (latest.fitted.time_edges[begin], latest.fitted.time_edges[end])
+        candidate
+        for candidate in LATENT_FORCE.candidates(latest.fitted, responses)
+        if candidate.window == (latest.fitted.time_edges[begin], latest.fitted.time_edges[end])
     )
     parameters = tuple(Parameter(names, Prior(0.0, 80.0)) for names in candidate.amplitudes)
     fit = replace(
@@ -82,17 +82,17 @@ def test_beside_it_what_a_wrong_form_leaves_is_no_finding_and_another_force_is(l
     form = form_of(latest, finding(latest, "gust", begin, end))
     levels = latest.linear.measurements.usual
 
-    def gain(residual: np.ndarray, beside: bool) -> float:
+    def gain(residual: np.ndarray, with_form: bool) -> float:
         """Log Bayes factor of some other force in the cells where the residual was made."""
         linear = replace(latest.linear, residual=residual)
-        if beside:
+        if with_form:
             linear = replace(linear, free=form)
         some = Freedom(responses[:, [begin, begin + 1, begin + 2]], np.full(3, 80.0))
         return log_evidence(linear, levels, some) - log_evidence(linear, levels)
 
     swelling = responses[:, begin] * -40.0 + responses[:, begin + 2] * 40.0  # it swelled instead of standing still
-    assert gain(swelling, beside=False) > 20.0
-    assert gain(swelling, beside=True) < 2.0
+    assert gain(swelling, with_form=False) > 20.0
+    assert gain(swelling, with_form=True) < 2.0
     far = responses[:, cells - 4] * 100.0  # another one, later
     linear = replace(latest.linear, residual=far, free=form)
     another = Freedom(responses[:, [cells - 4]], np.array([80.0]))

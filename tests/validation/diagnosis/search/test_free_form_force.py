@@ -41,7 +41,7 @@ class Compared:
     latest: Round
 
     def law(self, name: str) -> Refitted:
-        return next(each for each in self.latest.refitted if each.name == name)
+        return next(explanation for explanation in self.latest.refitted if explanation.name == name)
 
     def linearly(self, law: Refitted) -> float:
         """Log evidence of a force of any form, taken from the estimate with the law."""
@@ -102,10 +102,10 @@ def with_force(linear: LinearModel, force: ForceOfAnyForm) -> LinearModel:
 def noise(fitted: FittedRun, seed: int) -> Array:
     """(N,) of instruments as they usually are, without memory."""
     levels, draws = fitted.measurements.usual, np.random.default_rng(seed)
-    found = np.zeros(len(fitted.measurements.measured))
+    noisy = np.zeros(len(fitted.measurements.measured))
     for name, block in fitted.measurements.blocks.items():
-        found[block] = levels.of(name).sigma * draws.normal(size=block.stop - block.start)
-    return found
+        noisy[block] = levels.of(name).sigma * draws.normal(size=block.stop - block.start)
+    return noisy
 
 
 def growing(fitted: FittedRun, responses: Array) -> Array:
@@ -124,8 +124,8 @@ def test_a_law_that_fits_is_more_probable_than_a_force_of_any_form_and_that_than
 ) -> None:
     levels, column = fitted.measurements.usual, growing(fitted, responses)
     linear = without_posture(fitted, column + noise(fitted, seed), no_parameters(len(column)))
-    found = force_of_any_form(linear, levels, fitted, responses)
-    of_any, free = found.log_evidence, with_force(linear, found)
+    free_form = force_of_any_form(linear, levels, fitted, responses)
+    of_any, free = free_form.log_evidence, with_force(linear, free_form)
     prior = log_prior(fitted.measurements.usual, levels)
     right = log_evidence(linear, levels, Freedom(column[:, None], np.ones(1))) + prior
     cells = len(fitted.time_edges) - 1

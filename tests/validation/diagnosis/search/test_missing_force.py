@@ -62,9 +62,9 @@ def test_a_force_on_a_ski_is_one_on_the_body_and_what_the_sole_carries(
 def found_in(fitted: FittedRun, responses: Array, residual: Array) -> tuple[MissingForce, ForceOnFeet]:
     none = np.zeros((len(residual), 0))
     linear = LinearModel(fitted.measurements, residual, Freedom(none, np.zeros(0)), none, none)
-    found = missing_force(linear, fitted.measurements.usual, fitted, responses)
-    assert found.on_feet is not None
-    return found, found.on_feet
+    force = missing_force(linear, fitted.measurements.usual, fitted, responses)
+    assert force.on_feet is not None
+    return force, force.on_feet
 
 
 def test_it_is_found_on_the_ski_that_it_pushes(fitted: FittedRun, responses: Array) -> None:

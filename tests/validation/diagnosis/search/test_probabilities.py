@@ -64,5 +64,5 @@ def test_steepness_is_that_of_the_waves_together() -> None:
         gap = np.abs(x[:, None] - x) * np.sqrt(5.0) / length
         covariance = share**2 * (1.0 + gap + gap**2 / 3.0) * np.exp(-gap)
         rises.append(np.array([1.0, -1.0]) @ covariance @ np.array([1.0, -1.0]) / 0.01**2)
-    # a hundredth of a metre is short beside six: the curvature's share is below 1e-4
+    # a hundredth of a metre is short next to six: the curvature's share is below 1e-4
     assert np.sqrt(sum(rises)) == pytest.approx(STEEPNESS, rel=1e-3)

@@ -55,7 +55,11 @@ class Weighing:
         """Log evidence by name, the best explanation, and whose estimates there are."""
         state = State(LEVELS, no_nuisances(1), np.zeros(1))
         again, estimates = estimate_rivals(PROBLEM, state, latest, full=False, estimate=self.estimate_with)
-        return {each.name: each.log_evidence for each in again.explanations}, again.best.name, set(estimates)
+        return (
+            {explanation.name: explanation.log_evidence for explanation in again.explanations},
+            again.best.name,
+            set(estimates),
+        )
 
 
 LATEST = {"nothing": -100.0, "snow_patch": 1.0, "gust": 0.0, "wind": -30.0}
@@ -63,33 +67,33 @@ LATEST = {"nothing": -100.0, "snow_patch": 1.0, "gust": 0.0, "wind": -30.0}
 
 def test_rivals_are_ranked_by_the_evidence_about_their_own_estimates() -> None:
     weighing = Weighing(snow_patch=40.0, gust=44.0)
-    evidence, best, anew = weighing.estimate(a_round(**LATEST))
+    evidence, best, reestimated = weighing.estimate(a_round(**LATEST))
     assert weighing.asked == ["snow_patch", "gust"]
-    assert (best, anew) == ("gust", {"snow_patch", "gust"})
-    # what was not estimated anew gains 39, as the patch does
+    assert (best, reestimated) == ("gust", {"snow_patch", "gust"})
+    # what was not estimated again gains 39, as the patch does
     assert evidence == {"gust": 44.0, "snow_patch": 40.0, "wind": 9.0, "nothing": -61.0}
 
 
 def test_that_nothing_is_missing_is_a_rival_like_any_other() -> None:
     weighing = Weighing(snow_patch=40.0, nothing=50.0)
-    evidence, best, anew = weighing.estimate(a_round(nothing=-1.0, snow_patch=1.0, gust=-30.0))
+    evidence, best, reestimated = weighing.estimate(a_round(nothing=-1.0, snow_patch=1.0, gust=-30.0))
     assert weighing.asked == ["snow_patch", "nothing"]
-    assert (best, anew) == ("snow_patch", {"snow_patch", "nothing"})
+    assert (best, reestimated) == ("snow_patch", {"snow_patch", "nothing"})
     assert evidence == {"nothing": 50.0, "snow_patch": 40.0, "gust": 9.0}
 
 
 def test_what_has_become_impossible_says_nothing_of_the_others() -> None:
     weighing = Weighing(snow_patch=-np.inf, gust=44.0)
-    evidence, best, anew = weighing.estimate(a_round(**LATEST))
-    assert (best, anew) == ("gust", {"snow_patch", "gust"})
+    evidence, best, reestimated = weighing.estimate(a_round(**LATEST))
+    assert (best, reestimated) == ("gust", {"snow_patch", "gust"})
     assert evidence == {"gust": 44.0, "wind": 14.0, "nothing": -56.0, "snow_patch": -np.inf}
     alone = Weighing(snow_patch=-np.inf).estimate(a_round(nothing=-100.0, snow_patch=1.0, gust=-30.0))
     assert alone == ({"gust": -30.0, "nothing": -100.0, "snow_patch": -np.inf}, "gust", {"snow_patch"})
 
 
 def test_a_rival_that_cannot_be_simulated_is_none() -> None:
-    evidence, best, anew = Weighing(snow_patch=40.0).estimate(a_round(**LATEST))
-    assert (best, anew) == ("snow_patch", {"snow_patch"})
+    evidence, best, reestimated = Weighing(snow_patch=40.0).estimate(a_round(**LATEST))
+    assert (best, reestimated) == ("snow_patch", {"snow_patch"})
     assert evidence["gust"] == 39.0
 
 
@@ -121,18 +125,18 @@ def test_about_the_same_estimate_the_evidence_is_the_same() -> None:
         return weigh_about(about, latest.base, explanation), about
 
     again, estimates = estimate_rivals(problem, state, latest, full=False, estimate=as_it_is)
-    assert set(estimates) == {"nothing", *(each.name for each in latest.refitted)}
-    before = {each.name: each.log_evidence for each in latest.explanations}
-    for each in again.explanations:
+    assert set(estimates) == {"nothing", *(explanation.name for explanation in latest.refitted)}
+    before = {explanation.name: explanation.log_evidence for explanation in latest.explanations}
+    for explanation in again.explanations:
         # noise levels are sought until the evidence changes by 1e-7 of itself, from other places
-        assert each.log_evidence == pytest.approx(before[each.name], abs=0.05)
+        assert explanation.log_evidence == pytest.approx(before[explanation.name], abs=0.05)
 
 
 def test_the_best_law_is_estimated_beside_a_force_that_has_none() -> None:
     weighing = Weighing(unexplained_force=60.0, gust=30.0)
-    _, best, anew = weighing.estimate(a_round(nothing=-100.0, unexplained_force=40.0, gust=0.0, wind=-3.0))
+    _, best, reestimated = weighing.estimate(a_round(nothing=-100.0, unexplained_force=40.0, gust=0.0, wind=-3.0))
     assert best == "unexplained_force"
-    assert anew == {"unexplained_force", "gust"}
+    assert reestimated == {"unexplained_force", "gust"}
 
 
 @dataclass(frozen=True)
@@ -153,9 +157,11 @@ class Pair:
             odds = {"nothing": self.nothing, self.second: 1.0 - self.nothing}
             following = replace(
                 following,
-                explanations=tuple(replace(each, probability=odds[each.name]) for each in following.explanations),
+                explanations=tuple(
+                    replace(explanation, probability=odds[explanation.name]) for explanation in following.explanations
+                ),
             )
-        law = next(each for each in latest.refitted if each.name == "gust")
+        law = next(explanation for explanation in latest.refitted if explanation.name == "gust")
         return latest, count_second_law(latest, law, following)
 
 
@@ -169,8 +175,11 @@ def test_two_laws_that_explain_more_than_a_force_without_one_stand_in_its_place(
 def test_a_law_counts_as_much_more_as_a_second_is_probable() -> None:
     latest, counted = Pair("slope_change", 40.0, 0.2).counted()
     assert counted is not None
-    odds = [{each.name: each.probability for each in searched.explanations} for searched in (latest, counted)]
-    before, after = (each["gust"] / each["unexplained_force"] for each in odds)
+    odds = [
+        {explanation.name: explanation.probability for explanation in searched.explanations}
+        for searched in (latest, counted)
+    ]
+    before, after = (by_name["gust"] / by_name["unexplained_force"] for by_name in odds)
     assert after == pytest.approx(2.5 * before)  # a half to a fifth
     assert sum(odds[1].values()) == pytest.approx(1.0)
     assert counted.best.name == "unexplained_force"  # 30 of log evidence are more than that
@@ -185,6 +194,6 @@ def test_two_laws_that_explain_less_or_a_law_and_a_force_are_no_rival(pair: Pair
 def test_where_there_may_be_no_second_law_the_best_one_is_as_probable_as_alone() -> None:
     latest, counted = Pair("slope_change", 40.0, 0.6).counted()
     assert counted is not None
-    assert [each.probability for each in counted.explanations] == pytest.approx(
-        [each.probability for each in latest.explanations]
+    assert [explanation.probability for explanation in counted.explanations] == pytest.approx(
+        [explanation.probability for explanation in latest.explanations]
     )

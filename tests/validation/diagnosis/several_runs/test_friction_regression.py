@@ -81,8 +81,8 @@ def day_of(rng: np.random.Generator, effects: dict[str, float], named: float = 0
 
 
 def compared(runs: list[DayRun], columns: list[Array]) -> tuple[tuple[str, ...], float, list[DayExplanation]]:
-    """The best sum, its probability beside nothing and the law of the list, and these two."""
-    selection = select(*what_runs_know(runs, [each[:, 1:] for each in columns]))
+    """Return the best sum, its probability next to nothing and the law of the list, and these two."""
+    selection = select(*what_runs_know(runs, [of_run[:, 1:] for of_run in columns]))
     nothing, _, _ = joint_evidence(runs)
     by_size = [
         joint_evidence(runs, [Freedom(c[:, :1], np.array([s * THRESHOLDS.product_size])) for c in columns])[0]
@@ -99,7 +99,7 @@ def compared(runs: list[DayRun], columns: list[Array]) -> tuple[tuple[str, ...],
 
 def test_evidence_of_a_sum_is_that_of_all_runs_with_everything_integrated_out() -> None:
     runs, columns = day_of(np.random.default_rng(1), {"edge": 0.02})
-    products = [each[:, 1:] for each in columns]
+    products = [of_run[:, 1:] for of_run in columns]
     selection = select(*what_runs_know(runs, products))
     nothing, _, _ = joint_evidence(runs)
     for place in (1, 40, 300):
@@ -120,7 +120,7 @@ def test_the_products_of_a_law_are_found(effects: dict[str, float]) -> None:
     best, probability, _ = compared(runs, columns)
     assert set(best) == set(effects)
     assert probability > THRESHOLDS.law_offered
-    selection = select(*what_runs_know(runs, [each[:, 1:] for each in columns]))
+    selection = select(*what_runs_know(runs, [of_run[:, 1:] for of_run in columns]))
     for i, name in enumerate(BASIS):
         assert (selection.inclusion(i) > 0.95) == (name in effects)
 
@@ -130,7 +130,7 @@ def test_nothing_stays_nothing() -> None:
     for seed in range(40):
         runs, columns = day_of(np.random.default_rng(seed), {})
         offered.append(compared(runs, columns)[1] > THRESHOLDS.law_offered)
-        empty.append(select(*what_runs_know(runs, [each[:, 1:] for each in columns])).probability[0])
+        empty.append(select(*what_runs_know(runs, [of_run[:, 1:] for of_run in columns])).probability[0])
     assert not any(offered)
     assert np.median(empty) > 1.5 * np.exp(log_prior_of(0))  # which it has without any measurement
 
@@ -147,8 +147,8 @@ def test_a_law_of_the_list_that_is_the_truth_stays(size: float) -> None:
 
 def test_one_product_that_is_a_law_of_the_list_is_not_offered_beside_it() -> None:
     runs, columns = day_of(np.random.default_rng(4), {"speed": 0.03})
-    for each in columns:
-        each[:, 0] = each[:, 1 + BASIS.index("speed")]
+    for of_run in columns:
+        of_run[:, 0] = of_run[:, 1 + BASIS.index("speed")]
     best, probability, (nothing, named) = compared(runs, columns)
     assert best == ("speed",)
     assert named.log_evidence > nothing.log_evidence + 20.0
@@ -179,9 +179,9 @@ def test_a_found_law_in_the_day(tmp_path: Path) -> None:
     plain = sentence_of_day(explanations, 3, model)
     assert "(90% probable)" in plain
     assert sentence_of_day(explanations, 3, model, replace(other, probability=0.001)) == plain
-    beside = sentence_of_day(explanations, 3, model, replace(other, probability=0.4))
-    assert "(54% probable; " in beside
-    assert "a law in no list" in beside
+    unsure_of_law = sentence_of_day(explanations, 3, model, replace(other, probability=0.4))
+    assert "(54% probable; " in unsure_of_law
+    assert "a law in no list" in unsure_of_law
     sentence = sentence_of_day(explanations, 3, model, offered)
     assert sentence.startswith("In 3 runs together friction along the ski follows a law that is in no list (98%")
     assert offered.formula in sentence
@@ -240,7 +240,7 @@ def test_a_run_is_simulated_with_the_law_that_was_saved(tmp_path: Path) -> None:
         for i, model in enumerate((tmp_path / LAW / "model.toml", plain))
     )
     assert with_law.diverged is None
-    work = [each.energy.work_J["friction"] for each in (with_law, without)]
+    work = [summary.energy.work_J["friction"] for summary in (with_law, without)]
     assert work[0] < 1.05 * work[1] < 0.0
     command._keep_law(tmp_path / LAW, None)
     assert not (tmp_path / LAW).exists()
@@ -276,9 +276,9 @@ def test_friction_that_is_least_at_a_speed_is_found_in_two_runs(tmp_path: Path) 
     stored = read_model(tmp_path / LAW / "model.toml")
     term = stored.owner("friction_law")
     assert isinstance(term, FrictionLaw)
-    found = stored.friction.mu_t + term.change(ArrayMath(), feet)
+    fitted = stored.friction.mu_t + term.change(ArrayMath(), feet)
     true = 0.19 - hidden.force(ArrayMath(), feet)[0] / (500.0 * speeds / np.hypot(speeds, 0.1))
-    assert np.std(found - true) < 0.5 * np.std(true)
+    assert np.std(fitted - true) < 0.5 * np.std(true)
     # what is saved is what was found, and meets the track
     for name, found_number in law.numbers.items():
         assert stored.value(name) == pytest.approx(found_number.value, rel=1e-9)

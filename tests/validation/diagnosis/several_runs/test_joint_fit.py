@@ -41,28 +41,28 @@ EXAMPLE = Path(__file__).parents[4] / "examples" / "intermediate"
 
 def test_runs_that_share_nothing_have_separate_evidence() -> None:
     models = [linear_model(seed) for seed in (2, 3)]
-    found, _, _ = joint_evidence([DayRun(each, LEVELS, ()) for each in models])
-    assert found == pytest.approx(sum(log_evidence(each, LEVELS) for each in models), rel=1e-9)  # rounding
+    evidence, _, _ = joint_evidence([DayRun(linear, LEVELS, ()) for linear in models])
+    assert evidence == pytest.approx(sum(log_evidence(linear, LEVELS) for linear in models), rel=1e-9)  # rounding
 
 
 def test_what_is_shared_is_one_number() -> None:
     models = [linear_model(seed) for seed in (2, 3)]
     scales = models[0].free.scales
-    runs = [DayRun(each, LEVELS, (0, 2)) for each in models]
+    runs = [DayRun(linear, LEVELS, (0, 2)) for linear in models]
     evidence, values, errors = joint_evidence(runs)
     alone, _, _ = joint_evidence([replace(run, shared=()) for run in runs])
-    size = [len(each.residual) for each in models]
+    size = [len(linear.residual) for linear in models]
     whole = np.zeros((sum(size), sum(size)))
     apart = np.zeros_like(whole)
     columns = []
-    for i, each in enumerate(models):
+    for i, linear in enumerate(models):
         at = slice(i * size[0], i * size[0] + size[i])
-        own = each.free.columns * scales
-        whole[at, at] = covariance(each) + np.outer(own[:, 1], own[:, 1])
-        apart[at, at] = covariance(each) + own @ own.T
+        own = linear.free.columns * scales
+        whole[at, at] = covariance(linear) + np.outer(own[:, 1], own[:, 1])
+        apart[at, at] = covariance(linear) + own @ own.T
         columns.append(own[:, [0, 2]])
     shared = np.vstack(columns)
-    y = np.concatenate([each.residual for each in models])
+    y = np.concatenate([linear.residual for linear in models])
 
     def density(cov: np.ndarray) -> float:
         return float(-0.5 * np.linalg.slogdet(cov)[1] - 0.5 * y @ np.linalg.solve(cov, y))
@@ -78,9 +78,9 @@ def test_what_is_shared_is_one_number() -> None:
 def test_a_common_effect_is_estimated_better_by_two_runs() -> None:
     rng = np.random.default_rng(8)
     models = [linear_model(seed) for seed in (2, 3)]
-    extra = [Freedom(rng.normal(size=(len(each.residual), 1)) * 0.05, np.array([1.0])) for each in models]
+    extra = [Freedom(rng.normal(size=(len(linear.residual), 1)) * 0.05, np.array([1.0])) for linear in models]
     models = [replace(a, residual=a.residual + 2.0 * e.columns[:, 0]) for a, e in zip(models, extra, strict=True)]
-    runs = [DayRun(each, LEVELS, ()) for each in models]
+    runs = [DayRun(linear, LEVELS, ()) for linear in models]
     _, _, both = joint_evidence(runs, extra)
     alone = [joint_evidence([run], [e])[2] for run, e in zip(runs, extra, strict=True)]
     assert both[0] < min(a[0] for a in alone)
@@ -91,22 +91,22 @@ def test_two_runs_find_what_the_first_does_not(monkeypatch: pytest.MonkeyPatch) 
     """Friction that rises with speed, as the benchmark's world records it on two stretches at different speeds."""
     law = SpeedDependentFriction(0.009, 10.0)
     own = fits_of_two_runs(law)
-    alone = [{each.name: each for each in compare_for_day([one])} for one in own]
+    alone = [{explanation.name: explanation for explanation in compare_for_day([one])} for one in own]
     best = compare_for_day(own)[0]
     assert best.name == "speed_dependent_friction"
     assert best.probability > 0.6
     assert alone[0]["nothing"].probability > THRESHOLDS.stands_out
-    found = best.numbers["speed_dependent_friction.b"]
-    half = found.high - found.value
-    for each in alone:
-        less = each["speed_dependent_friction"].numbers["speed_dependent_friction.b"]
+    slope = best.numbers["speed_dependent_friction.b"]
+    half = slope.high - slope.value
+    for by_name in alone:
+        less = by_name["speed_dependent_friction"].numbers["speed_dependent_friction.b"]
         assert half < less.high - less.value
-    assert abs(found.value - law.b) < 2.0 * half  # of one draw: 3.3 standard deviations
+    assert abs(slope.value - law.b) < 2.0 * half  # of one draw: 3.3 standard deviations
     assert half < 0.4 * law.b
-    assert found.unit == "s/m"
+    assert slope.unit == "s/m"
     assert best.fitted
-    # shared numbers and runs' own are found by turns: from a standard deviation beside they come back
-    hypothesis = next(each for each in STEADY_LAWS if each.name == best.name)
+    # shared numbers and the runs' own are fitted in turns: from a standard deviation away they come back
+    hypothesis = next(steady for steady in STEADY_LAWS if steady.name == best.name)
     fitted_first = fitted_run(own[0].problem, own[0].state, own[0].fit)
     shared_law = joint_fit.named_law(hypothesis, fitted_first, len(own))
     prior = [p.prior.mean for p in own[0].fit.parameters if p.names[0] in joint_fit.SHARED]
@@ -124,9 +124,9 @@ def test_two_runs_find_what_the_first_does_not(monkeypatch: pytest.MonkeyPatch) 
     assert less == pytest.approx(np.log(0.5 / beforehand), abs=0.3)
     # one that would be physically impossible is none
     monkeypatch.setattr(type(hypothesis), "possible", lambda _self, _model: False)
-    left = {each.name: each for each in compare_for_day([own[0]])}
+    left = {explanation.name: explanation for explanation in compare_for_day([own[0]])}
     assert best.name not in left
-    assert sum(each.probability for each in left.values()) == pytest.approx(1.0)
+    assert sum(explanation.probability for explanation in left.values()) == pytest.approx(1.0)
 
 
 def test_probabilities_of_explanations() -> None:
@@ -136,9 +136,9 @@ def test_probabilities_of_explanations() -> None:
     more_certain = probabilities(0.0, np.array([10.0, 0.0]), weights)
     assert more_certain.sum() == pytest.approx(1.0)
     assert more_certain[1] > 0.95
-    # the same beside what has been found, whose form is not known to a per cent
-    beside = probabilities(0.0, np.array([10.0, 0.0]), weights, explained=600.0)
-    assert odds[1] < beside[1] < 0.75
+    # the same next to a finding, whose form is not known to a per cent
+    with_finding = probabilities(0.0, np.array([10.0, 0.0]), weights, explained=600.0)
+    assert odds[1] < with_finding[1] < 0.75
 
 
 def test_a_day_in_words_as_a_page_and_as_a_file(tmp_path: Path) -> None:
@@ -173,7 +173,8 @@ def test_a_day_in_words_as_a_page_and_as_a_file(tmp_path: Path) -> None:
     assert written.keys() == {
         "format", "recordings", "sentence", "explanations", "provenance", "same_place", "found_law",
     }  # fmt: skip
-    assert [each["name"] for each in written["explanations"]] == ["speed_dependent_friction", "drag_area", "nothing"]
+    names = [explanation["name"] for explanation in written["explanations"]]
+    assert names == ["speed_dependent_friction", "drag_area", "nothing"]
     assert written["explanations"][0]["numbers"]["speed_dependent_friction.b"]["unit"] == "s/m"
 
 

@@ -60,11 +60,11 @@ def crossing_ways() -> tuple[Way, Way, Array]:
     """
     steps = np.arange(101.0)
     first = np.stack([steps, 4.0 * np.sin(steps / 9.0), np.zeros(101)], axis=1)
-    beside = first + np.stack([np.zeros(101), 0.12 * (steps - 50.0), np.zeros(101)], axis=1)
+    crossing = first + np.stack([np.zeros(101), 0.12 * (steps - 50.0), np.zeros(101)], axis=1)
     to_enu = slope_to_enu(0.3, 1.2)
     latitude, longitude, height = (float(x) for x in pymap3d.enu2geodetic(*(to_enu @ [-25.0, 6.0, 0.0]), *ORIGIN))
     other = 0.31, 1.25, (latitude, longitude, height + 4.0)  # its receiver is 4 m higher
-    lifted = beside @ to_enu.T + np.array([0.0, 0.0, 4.0])
+    lifted = crossing @ to_enu.T + np.array([0.0, 0.0, 4.0])
     return way(first), way(in_frame(lifted, *other), *other), first[50]
 
 
@@ -124,7 +124,7 @@ class Day:
             monkeypatch.setattr(second_pass, name, stand_in)
         monkeypatch.setattr(second_pass, "remove", self.remove)
 
-    def run(self, patch: float, *, faster: float = 1.0, beside: float = 0.0) -> SearchEnd:
+    def run(self, patch: float, *, faster: float = 1.0, aside: float = 0.0) -> SearchEnd:
         """With a patch of so much more friction where the first run is from ``BEGIN`` to ``STOP``."""
         at = SPEED * faster
         slower = braked(SPEED * BEGIN / at, SPEED * STOP / at)
@@ -143,7 +143,7 @@ class Day:
             gps=self.recording.gps,
             columns=columns,
             speed=at,
-            beside=beside,
+            aside=aside,
             hypotheses=HYPOTHESES,
             ground=None,
             thresholds=THRESHOLDS,
@@ -176,7 +176,7 @@ class Day:
 
     def fitted(self, problem: Any, state: State, fit: Refit) -> FittedRun:
         along = problem.speed * TIME
-        feet = np.stack([along, np.full_like(along, problem.beside), np.zeros_like(along)], axis=1)
+        feet = np.stack([along, np.full_like(along, problem.aside), np.zeros_like(along)], axis=1)
         run: Any = SimpleNamespace(time=TIME, foot_position=np.stack([feet, feet], axis=1))
         return FittedRun(fit.model, cast(Any, None), run, problem.measurements, np.zeros(180))
 
@@ -207,7 +207,7 @@ class Day:
             candidate = Candidate(model, free, tuple(p.names for p in amplitudes), spots, window)
             explanations.append(refitted(name, evidence, candidate=candidate, fit=fit, levels=LEVELS))
         searched = ranked(*explanations, base=end.fit)
-        explanation = next(each for each in searched.refitted if each.name == best)
+        explanation = next(explanation for explanation in searched.refitted if explanation.name == best)
         return replace(
             end, fit=explanation.fit, accepted=(Accepted(searched, explanation, explanation.fit, cast(Any, None)),)
         )
@@ -215,11 +215,11 @@ class Day:
 
 def whitened_back(independent: Array) -> Array:
     """(180,) m of noise as the instruments have it."""
-    found = []
+    blocks = []
     for block, noise in zip(np.split(independent, 3), (LEVELS.gps, LEVELS.gps, LEVELS.height), strict=True):
         apart = np.abs(np.subtract.outer(np.arange(60), np.arange(60))) * 0.1
-        found.append(np.linalg.cholesky(noise.sigma**2 * np.exp(-apart / noise.correlation_time)) @ block)
-    return np.concatenate(found)
+        blocks.append(np.linalg.cholesky(noise.sigma**2 * np.exp(-apart / noise.correlation_time)) @ block)
+    return np.concatenate(blocks)
 
 
 @pytest.fixture
@@ -229,9 +229,9 @@ def day(monkeypatch: pytest.MonkeyPatch) -> Day:
 
 def asked_of(day: Day, first: SearchEnd, **others: SearchEnd) -> SamePlace:
     """What the others say of the finding of the first."""
-    found = [each for each in ask_other_runs({"morning": first, **others}) if each.run == "morning"]
-    assert len(found) == 1
-    return found[0]
+    answers = [answer for answer in ask_other_runs({"morning": first, **others}) if answer.run == "morning"]
+    assert len(answers) == 1
+    return answers[0]
 
 
 AMBIGUOUS = {"nothing": 0.0, "snow_patch": 19.0, "gust": 20.0}
@@ -239,26 +239,26 @@ AMBIGUOUS = {"nothing": 0.0, "snow_patch": 19.0, "gust": 20.0}
 
 def test_what_another_run_meets_again_keeps_to_its_place(day: Day) -> None:
     first = day.found(day.run(0.08), **AMBIGUOUS)
-    found = asked_of(day, first, noon=day.run(0.08, faster=1.1))
-    assert found.before["gust"] > 0.6  # by e^0.6 more probable
-    assert found.after["snow_patch"] > 0.95
-    assert found.settled
-    assert found.finding == "gust"
-    [passed] = found.passes
+    answer = asked_of(day, first, noon=day.run(0.08, faster=1.1))
+    assert answer.before["gust"] > 0.6  # by e^0.6 more probable
+    assert answer.after["snow_patch"] > 0.95
+    assert answer.settled
+    assert answer.finding == "gust"
+    [passed] = answer.passes
     assert passed.run == "noon"
     assert passed.metres == pytest.approx(SPEED * (STOP - BEGIN), abs=0.5)  # a step of its way at both ends
-    assert found.sentence.startswith(
+    assert answer.sentence.startswith(
         "noon passed where morning was between 2.0 s and 3.5 s, and met it again: a stretch"
     )
 
 
 def test_what_another_run_does_not_meet_keeps_to_its_time(day: Day) -> None:
     first = day.found(day.run(0.08), "snow_patch", nothing=0.0, snow_patch=20.0, gust=19.0)
-    found = asked_of(day, first, noon=day.run(0.0, faster=0.9))
-    assert found.before["snow_patch"] > 0.6
-    assert found.after["gust"] > 0.95
-    assert found.settled
-    assert "met nothing of it: a gust of wind" in found.sentence
+    answer = asked_of(day, first, noon=day.run(0.0, faster=0.9))
+    assert answer.before["snow_patch"] > 0.6
+    assert answer.after["gust"] > 0.95
+    assert answer.settled
+    assert "met nothing of it: a gust of wind" in answer.sentence
 
 
 def test_it_has_to_be_as_strong_as_it_was(day: Day) -> None:
@@ -272,10 +272,10 @@ def test_it_has_to_be_as_strong_as_it_was(day: Day) -> None:
 
 def test_a_run_that_does_not_pass_the_place_says_nothing(day: Day) -> None:
     first = day.found(day.run(0.08), **AMBIGUOUS)
-    assert ask_other_runs({"morning": first, "noon": day.run(0.0, beside=THRESHOLDS.near_path + 5.0)}) == ()
+    assert ask_other_runs({"morning": first, "noon": day.run(0.0, aside=THRESHOLDS.near_path + 5.0)}) == ()
     noon = day.run(0.08)
-    both = asked_of(day, first, noon=noon, far=day.run(0.0, beside=THRESHOLDS.near_path + 5.0))
-    assert [each.run for each in both.passes] == ["noon"]
+    both = asked_of(day, first, noon=noon, far=day.run(0.0, aside=THRESHOLDS.near_path + 5.0))
+    assert [passed.run for passed in both.passes] == ["noon"]
     assert both.after == asked_of(day, first, noon=noon).after
 
 
@@ -292,7 +292,7 @@ def test_what_another_run_found_there_itself_may_be_the_same_or_its_own(day: Day
     first = day.found(day.run(0.08), **AMBIGUOUS)
     alone = day.run(0.08, faster=1.1)
     searched = day.found(alone, **AMBIGUOUS)
-    gain, plain = (asked_of(day, first, noon=each).passes[0].log_evidence["snow_patch"] for each in (searched, alone))
+    gain, plain = (asked_of(day, first, noon=noon).passes[0].log_evidence["snow_patch"] for noon in (searched, alone))
     assert gain is not None
     assert plain is not None
     # one of its own explains it too, if it is of the usual ones: how often that happens is what parts them
@@ -304,7 +304,7 @@ def test_what_another_run_found_there_that_keeps_to_its_place_was_there_before(d
     first = day.found(day.run(0.08), **AMBIGUOUS)
     alone = day.run(0.08, faster=1.1)
     itself = day.found(alone, "snow_patch", nothing=0.0, snow_patch=90.0, gust=20.0)
-    gain, plain = (asked_of(day, first, noon=each).passes[0].log_evidence["snow_patch"] for each in (itself, alone))
+    gain, plain = (asked_of(day, first, noon=noon).passes[0].log_evidence["snow_patch"] for noon in (itself, alone))
     assert gain is not None
     assert plain is not None
     assert 40.0 < gain < plain + 1.0
@@ -314,7 +314,7 @@ def test_a_run_with_two_findings_of_a_name_there_says_nothing(day: Day) -> None:
     first = day.found(day.run(0.08), **AMBIGUOUS)
     noon = day.found(day.run(0.08, faster=1.1), **AMBIGUOUS)
     twice = replace(noon, accepted=(*noon.accepted, *noon.accepted))
-    assert [each.run for each in ask_other_runs({"morning": first, "noon": twice}) if each.run == "morning"] == []
+    assert [answer.run for answer in ask_other_runs({"morning": first, "noon": twice}) if answer.run == "morning"] == []
 
 
 def test_a_finding_that_keeps_to_no_place_is_not_asked(day: Day) -> None:
@@ -338,7 +338,7 @@ def test_a_second_pass_distinguishes_a_patch_from_a_gust(base: Recorded, hidden:
     hypotheses = [BY_NAME[name] for name in ("snow_patch", "gust")]
     passes = two_passes(hidden, 2.0, base, 1)
     ends = {"morning": first_finding(passes.first, hypotheses), "noon": first_finding(passes.second, hypotheses)}
-    [found] = [each for each in ask_other_runs(ends) if each.run == "morning"]
-    assert found.before[hidden] < 0.9
-    assert found.after[hidden] > 0.95
-    assert found.passes[0].metres > 10.0
+    [answer] = [answer for answer in ask_other_runs(ends) if answer.run == "morning"]
+    assert answer.before[hidden] < 0.9
+    assert answer.after[hidden] > 0.95
+    assert answer.passes[0].metres > 10.0

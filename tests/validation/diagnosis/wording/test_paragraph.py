@@ -43,13 +43,13 @@ def paragraph(
 def gust(probability: float, *others: tuple[str, float]) -> Finding:
     number = Number(1.0, 0.5, 1.5, "m/s")
     where = Where(2.0, 4.0, (10.0, 20.0), "both", (), (3, 4))
-    found = finding_of("gust", probability, *others)
-    return replace(found, parameters={"w_f": Number(-5.0, -6.0, -4.0, "m/s"), "w_l": number}, where=where)
+    finding = finding_of("gust", probability, *others)
+    return replace(finding, parameters={"w_f": Number(-5.0, -6.0, -4.0, "m/s"), "w_l": number}, where=where)
 
 
 def test_nothing_missing_tells_what_would_not_have_been_noticed(model: Model) -> None:
     text = paragraph(model, "none")
-    assert "Nothing was found: the simulated way is 0.30 m from the recorded one" in text
+    assert "Nothing was found: the simulated path is 0.30 m from the recorded one" in text
     assert "less than a gust of 9 km/h, a stretch of slower or faster snow, as if the slope changed by 1.0°" in text
     assert "not ruled out: a gust of wind (22%)" in text
     assert text.endswith("Next: nothing needs to be measured again for this.")
@@ -58,7 +58,7 @@ def test_nothing_missing_tells_what_would_not_have_been_noticed(model: Model) ->
 def test_what_was_found_has_its_turns_time_size_and_probability(model: Model) -> None:
     text = paragraph(model, "explained", gust(0.97, ("snow_patch", 0.02)))
     assert (
-        "In turns 3 and 4 (from 2.0 s to 4.0 s, 10 m to 20 m along the way) a gust blows, at its strongest 18 km/h up"
+        "In turns 3 and 4 (from 2.0 s to 4.0 s, 10 m to 20 m along the path) a gust blows, at its strongest 18 km/h up"
         in text
     )
     assert "holds this for 97% probable; not ruled out: a stretch of other snow (2%)" in text
@@ -70,20 +70,20 @@ def test_what_was_found_has_its_turns_time_size_and_probability(model: Model) ->
 
 
 def test_an_ambiguous_finding_is_not_to_be_relied_on(model: Model) -> None:
-    found = gust(0.5, ("snow_patch", 0.3), ("nothing", 0.1))
-    text = paragraph(model, "ambiguous", found, following=[ANOTHER_PASS])
+    finding = gust(0.5, ("snow_patch", 0.3), ("nothing", 0.1))
+    text = paragraph(model, "ambiguous", finding, following=[ANOTHER_PASS])
     assert "50% probable, which is not enough to rely on it" in text
     assert "not ruled out: a stretch of other snow (30%), that nothing is missing (10%)" in text
     assert text.endswith(
         "with a probability of 90% one of a gust of wind and a stretch of other snow then stands alone."
     )
-    assert paragraph(model, "ambiguous", found).endswith("Next: a second run over the same place.")
+    assert paragraph(model, "ambiguous", finding).endswith("Next: a second run over the same place.")
 
 
 def test_a_run_that_is_not_described_is_not_explained(model: Model) -> None:
     for findings in ((), (gust(0.97),)):
         text = paragraph(model, "not_adequate", *findings, near=FAR)
-        assert "misses the recorded way by 6.00 m where the instruments allow 0.20 m" in text
+        assert "misses the recorded path by 6.00 m where the instruments allow 0.20 m" in text
         assert "not to be trusted, and no cause is ruled out" in text
         assert "Nothing was found" not in text
         assert "Too small" not in text
@@ -98,11 +98,11 @@ def test_a_recording_that_cannot_tell(model: Model) -> None:
     assert "ski the slope again" not in paragraph(model, "not_adequate", following=[ANOTHER_PASS])
 
 
-@pytest.mark.parametrize("hypothesis", HYPOTHESES, ids=lambda each: each.name)
+@pytest.mark.parametrize("hypothesis", HYPOTHESES, ids=lambda hypothesis: hypothesis.name)
 def test_every_hypothesis_has_a_paragraph(hypothesis: Hypothesis, model: Model) -> None:
     numbers = defaultdict(lambda: Number(0.05, 0.04, 0.06, "1"))
-    found = replace(finding_of(hypothesis.name, 0.9), kind=hypothesis.kind, parameters=numbers, where=None)
-    text = paragraph(model, "unexplained" if hypothesis.kind == "unexplained" else "explained", found)
+    finding = replace(finding_of(hypothesis.name, 0.9), kind=hypothesis.kind, parameters=numbers, where=None)
+    text = paragraph(model, "unexplained" if hypothesis.kind == "unexplained" else "explained", finding)
     assert f"All along the run {hypothesis.plain_words(numbers, model)}. " in text
     after = {"sensor": "put the instrument right", "physics": hypothesis.caption, "unexplained": hypothesis.caption}
     assert after[hypothesis.kind] in text.rpartition("Next: ")[2]

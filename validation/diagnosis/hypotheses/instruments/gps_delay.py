@@ -30,7 +30,7 @@ class GpsDelay(KnownNumber):
         return max(super().usual(fitted), float(np.median(np.diff(fitted.measurements.fixes))))
 
     def _late_by_seconds(self, fitted: FittedRun) -> bool:
-        """Whether the receiver may be late by so much that the skier turns meanwhile."""
+        """Return whether the receiver may be late by so much that the skier turns meanwhile."""
         return self.usual(fitted) > self.scale
 
     def always_refitted(self, fitted: FittedRun) -> bool:

@@ -9,7 +9,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Distinction, 
 
 class HeadingMisalignment(KnownNumber):
     """The capture's heading is off by ``heading_offset``, more than its instrument states: the commonest fault of
-    inertial sensors, whose compasses have steel edges and bindings beside them.
+    inertial sensors, whose compasses have steel edges and bindings near them.
     """
 
     name = "heading_misalignment"
