@@ -35,7 +35,7 @@ class Listener:
 
     def __init__(self) -> None:
         self.figures: list[str] = []
-        self.found: list[str] = []
+        self.notices: list[str] = []
 
     def __call__(self, evidence: Evidence, checks: Sequence[Check]) -> tuple[Evidence, tuple[str, ...]]:
         """Apply the checks as the reader does."""
@@ -54,7 +54,7 @@ class Listener:
         if load is not None:
             self.figures.append(f"load {load:.2f}")
         evidence, notices = hold_against_each_other(evidence, checks)
-        self.found += notices
+        self.notices += notices
         return evidence, notices
 
 
@@ -93,9 +93,9 @@ def main(folders: Sequence[str]) -> None:
         except SssiError as error:
             failed += 1
             result = f"REFUSED: {error}"
-        alarms += len(listener.found)
+        alarms += len(listener.notices)
         print(f"{name}\n    {result}; {'; '.join(listener.figures)}", flush=True)
-        for words in listener.found:
+        for words in listener.notices:
             print(f"    FOUND {words}", flush=True)
     print(f"{runs} runs, {alarms} findings, {failed} refused")
 

@@ -96,13 +96,13 @@ class Answer:
     seed: int
     alone: tuple[float, ...]
     together: tuple[tuple[str, float], ...]
-    found: FoundLaw
+    unlisted: FoundLaw
 
     @property
     def row(self) -> str:
         listed = ", ".join(f"{name} {probability:.2f}" for name, probability in self.together if probability > 0.05)
-        offer = f"{'offered' if self.found.offered else 'not offered'}, {', '.join(self.found.products)}"
-        apart = f"{self.found.log_evidence_over_nothing:+.0f}, {self.found.log_evidence_over_best_named:+.0f}"
+        offer = f"{'offered' if self.unlisted.offered else 'not offered'}, {', '.join(self.unlisted.products)}"
+        apart = f"{self.unlisted.log_evidence_over_nothing:+.0f}, {self.unlisted.log_evidence_over_best_named:+.0f}"
         alone = ", ".join(f"{p:.2f}" for p in self.alone)
         return f"| {self.law} | {self.seed} | {alone} | {listed} | {offer} ({apart}) |"
 
@@ -134,7 +134,7 @@ def summary(answers: Sequence[Answer]) -> str:
         right = [name == answer.law for answer, (name, _) in zip(some, best, strict=True)]
         # less the share of the probability that the law in no list takes
         certain = [
-            p * (1.0 - answer.found.probability) > THRESHOLDS.sure for answer, (_, p) in zip(some, best, strict=True)
+            p * (1.0 - answer.unlisted.probability) > THRESHOLDS.sure for answer, (_, p) in zip(some, best, strict=True)
         ]
         counts = (
             len(some),
@@ -142,7 +142,7 @@ def summary(answers: Sequence[Answer]) -> str:
             sum(a and b for a, b in zip(right, certain, strict=True)),
             sum(b and not a for a, b in zip(right, certain, strict=True)),
             sum(dict(answer.together)["nothing"] <= THRESHOLDS.stands_out for answer in some),
-            sum(answer.found.offered for answer in some),
+            sum(answer.unlisted.offered for answer in some),
         )
         lines.append(f"| {title} | " + " | ".join(str(count) for count in counts) + " |")
     return "\n".join(lines)

@@ -74,10 +74,10 @@ class Traced(float):
         return made
 
     def same_with(self, value: float) -> bool:
-        """Whether every comparison would have come out the same with another ``value``, and nothing else was done."""
+        """Return whether every comparison would come out the same with another ``value``, and nothing else was done."""
         plain = float.__add__(self, 0.0)
         return not self.used and all(
-            (each > plain, each == plain) == (each > value, each == value) for each in self.compared
+            (other > plain, other == plain) == (other > value, other == value) for other in self.compared
         )
 
 
@@ -126,7 +126,7 @@ def scaled(value: float | tuple[float, ...], factor: float) -> Any:
     scaled.
     """
     if isinstance(value, tuple):
-        return tuple(scaled(each, factor) for each in value)
+        return tuple(scaled(part, factor) for part in value)
     if isinstance(value, int):
         return max(1, round(value * factor))
     return 1.0 - (1.0 - value) / factor if 0.5 < value < 1.0 <= FACTOR * value else value * factor
@@ -143,12 +143,12 @@ def outcome_of(diagnosis: Diagnosis, case: Case) -> Outcome:
     return {
         "verdict": diagnosis.verdict,
         "names": " ".join(finding.name for finding in diagnosis.findings),
-        "alternatives": " ".join(each.name for finding in diagnosis.findings for each in finding.alternatives),
+        "alternatives": " ".join(rival.name for finding in diagnosis.findings for rival in finding.alternatives),
         "surely": " ".join(str(finding.probability >= THRESHOLDS.sure) for finding in diagnosis.findings),
         "mu_t held": holds(friction["mu_t"], case.mu_t),
         "mu_n held": holds(friction["mu_n"], case.mu_n),
         "sizes held": " ".join(f"{k} {holds(numbers[k], v)}" for k, v in case.truth.items() if k in numbers),
-        "next": " ".join(each.measurement for each in diagnosis.next),
+        "next": " ".join(proposal.measurement for proposal in diagnosis.next),
     }
 
 
@@ -162,7 +162,7 @@ def study(made: Made, done: set[tuple[str, float]], write: Callable[[Row], None]
         result = diagnose(made.recording, made.motion, made.model, full=False, cache=cache, thresholds=thresholds)
         return outcome_of(result.diagnosis, made.case)
 
-    numbers = {each.name: getattr(THRESHOLDS, each.name) for each in fields(THRESHOLDS)}
+    numbers = {field.name: getattr(THRESHOLDS, field.name) for field in fields(THRESHOLDS)}
     traced = {name: Traced(value) for name, value in numbers.items() if isinstance(value, float)}
     before = outcome(replace(THRESHOLDS, **traced))
     for name, value in numbers.items():
@@ -186,12 +186,12 @@ def summary(rows: Sequence[Row]) -> str:
     for name in dict.fromkeys(row.threshold for row in rows):
         some = [row for row in rows if row.threshold == name]
         changed = [set(row.changed) for row in some]
-        named = sum(bool(each & {"verdict", "names"}) for each in changed)
-        flags = sum(bool(each & {"surely", "mu_t held", "mu_n held", "sizes held"}) for each in changed)
-        other = sum(bool(each & {"alternatives", "next"}) for each in changed)
+        named = sum(bool(keys & {"verdict", "names"}) for keys in changed)
+        flags = sum(bool(keys & {"surely", "mu_t held", "mu_n held", "sizes held"}) for keys in changed)
+        other = sum(bool(keys & {"alternatives", "next"}) for keys in changed)
         cases = len({row.case for row in some})
         counts.append((named, flags, other, name, cases, sum(row.again for row in some)))
-    for named, flags, other, name, cases, again in sorted(counts, key=lambda each: (-each[0], -each[1], -each[2])):
+    for named, flags, other, name, cases, again in sorted(counts, key=lambda count: (-count[0], -count[1], -count[2])):
         lines.append(f"| {name} | {cases} | {again} | {named} | {flags} | {other} |")
     return "\n".join(lines)
 
@@ -212,7 +212,7 @@ def main() -> None:
     def write(row: Row) -> None:
         rows.append(row)
         if options.json:
-            write_atomically(options.json, to_json([asdict(each) for each in rows]))
+            write_atomically(options.json, to_json([asdict(done) for done in rows]))
 
     for index, planned in enumerate(plan(CASES, options.seed)[: options.cases]):
         done = {(row.threshold, row.factor) for row in rows if row.case == index}

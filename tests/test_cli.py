@@ -216,12 +216,12 @@ def test_terms_are_a_table(behind: Callable[..., None], capsys: pytest.CaptureFi
 
 
 def test_a_diagnosis_is_a_sentence_or_its_file(behind: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
-    found = replace(diagnosis_of(), sentence="nothing is missing")
-    behind("diagnose", lambda *_, **__: found)
+    diagnosis = replace(diagnosis_of(), sentence="nothing is missing")
+    behind("diagnose", lambda *_, **__: diagnosis)
     assert status(["diagnose", "rec", "--out", "res"]) == 0
     assert capsys.readouterr().out == "none: nothing is missing\n"
     assert status(["diagnose", "rec", "--out", "res", "--json"]) == 0
-    assert convert(json.loads(capsys.readouterr().out), Diagnosis) == found
+    assert convert(json.loads(capsys.readouterr().out), Diagnosis) == diagnosis
 
 
 def test_known_answers_are_a_table(behind: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:

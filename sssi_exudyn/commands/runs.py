@@ -305,7 +305,7 @@ def _check_ending(out: Path) -> None:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a result holds besides its run.
+    """What a result holds in addition to its run.
 
     settings : what the user chose
     fit : how the fit ended, with the fitted parameters

@@ -69,7 +69,7 @@ class Scale:
 
     @property
     def even(self) -> bool:
-        """Whether all samples have the same scale."""
+        """Return whether all samples have the same scale."""
         return bool(np.all(self.total == self.least))
 
 

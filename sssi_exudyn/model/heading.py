@@ -39,7 +39,7 @@ class Heading:
 
     @property
     def is_found(self) -> bool:
-        """Whether the heading may differ from the captured one."""
+        """Return whether the heading may differ from the captured one."""
         return self.mode != "replay"
 
     def held(self) -> Heading:

@@ -115,8 +115,9 @@ def _grid_shares(axes: Sequence[Axis], table: pd.DataFrame, output: str) -> list
 
 
 def _additive_shares(levels: pd.DataFrame, y: Array) -> list[tuple[str, float]]:
-    """What the sum of effects of single parameters explains less of ``y`` (n,) without each of them; none with too few
-    runs to tell.
+    """Return how much less of ``y`` (n,) the sum of single parameters' effects explains without each of them.
+
+    The list is empty where there are too few runs to tell.
     """
     columns = {str(name): pd.get_dummies(levels[name], drop_first=True).to_numpy(dtype=float) for name in levels}
     if len(y) <= 1 + sum(column.shape[1] for column in columns.values()):

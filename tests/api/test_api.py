@@ -86,7 +86,7 @@ def test_the_law_of_an_example_keeps_every_rule(name: str, monkeypatch: pytest.M
     monkeypatch.setitem(sys.modules, script.__name__, script)
     vars(script).update(sssi_exudyn=sssi_exudyn, dataclass=dataclass, quantity=sssi_exudyn.quantity)
     exec(example.source, vars(script))
-    (law,) = (each for each in vars(script).values() if getattr(each, "__module__", "") == script.__name__)
+    (law,) = (value for value in vars(script).values() if getattr(value, "__module__", "") == script.__name__)
     assert sssi_exudyn.check_term(law)
 
 

@@ -32,22 +32,22 @@ def entries(out: Path) -> dict[str, int]:
 def without_clocks(value: Any) -> Any:
     """A summary without how long things took, which no two runs share."""
     if isinstance(value, Mapping):
-        return {name: without_clocks(each) for name, each in value.items() if name != "wall_s"}
-    return [without_clocks(each) for each in value] if isinstance(value, list) else value
+        return {name: without_clocks(item) for name, item in value.items() if name != "wall_s"}
+    return [without_clocks(item) for item in value] if isinstance(value, list) else value
 
 
 def content(out: Path) -> dict[str, Any]:
     """Every file of a result: bytes, and what of JSON and the page does not say how long things took."""
-    found: dict[str, Any] = {}
+    content_of: dict[str, Any] = {}
     for path in out.rglob("*"):
         name = str(path.relative_to(out))
         if path.suffix == ".json":
-            found[name] = without_clocks(json.loads(path.read_text(encoding="utf-8")))
+            content_of[name] = without_clocks(json.loads(path.read_text(encoding="utf-8")))
         elif path.is_file() and path.suffix != ".html":
-            found[name] = path.read_bytes()
+            content_of[name] = path.read_bytes()
         elif path.is_file():
-            found[name] = "page"
-    return found
+            content_of[name] = "page"
+    return content_of
 
 
 @pytest.mark.slow

@@ -83,17 +83,17 @@ def freed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.long
 def test_the_result_tells_where_the_skier_heads(folder: Path, freed: Path) -> None:
-    captured, found = (
-        json.loads((each / "summary.json").read_text(encoding="utf-8"))["carving"] for each in (folder, freed)
+    captured, turning = (
+        json.loads((result / "summary.json").read_text(encoding="utf-8"))["carving"] for result in (folder, freed)
     )
     assert (captured["heading"], captured["heading_rms_deg"]) == ("replay", 0.0)
-    assert found["heading"] == "free"
+    assert turning["heading"] == "free"
     offset = read_run(freed).series["heading_offset_deg"].to_numpy(dtype=float)
-    assert found["heading_rms_deg"] == pytest.approx(np.sqrt(np.mean(offset**2)), rel=1e-3)  # figures are rounded
-    assert found["heading_rms_deg"] > 0.1
+    assert turning["heading_rms_deg"] == pytest.approx(np.sqrt(np.mean(offset**2)), rel=1e-3)  # figures are rounded
+    assert turning["heading_rms_deg"] > 0.1
     # the first steps, in which the run begins from rest, are counted
-    assert found["yaw_residual_rms_Nm"] < 0.5 * captured["yaw_residual_rms_Nm"]
-    assert found["roll_residual_rms_Nm"] > 0.0
+    assert turning["yaw_residual_rms_Nm"] < 0.5 * captured["yaw_residual_rms_Nm"]
+    assert turning["roll_residual_rms_Nm"] > 0.0
     page = (freed / "report.html").read_text(encoding="utf-8")
     assert "free, moved by snow and air" in page
     assert "the skier&#x27;s balance is captured" in page or "the skier's balance is captured" in page

@@ -79,9 +79,9 @@ def test_an_edge_that_rises_leaves_the_walls_of_its_groove(edge_deg: float, side
         assert LAW.force(MATH, replace(state, offset=side * apart))[2] == 0.0
         assert LAW.remember(MATH, replace(state, offset=side * apart))[1] == side * apart  # it moves freely there
     for apart in (base + 1e-4, -other - 1e-4):
-        found = LAW.force(MATH, replace(state, offset=side * apart))[2]
+        across = LAW.force(MATH, replace(state, offset=side * apart))[2]
         stiffness = LAW.strength * 2e-3 / LAW.yield_offset
-        assert found == pytest.approx(-side * np.sign(apart) * 1e-4 * stiffness * LENGTH, rel=1e-9)
+        assert across == pytest.approx(-side * np.sign(apart) * 1e-4 * stiffness * LENGTH, rel=1e-9)
     pressed = replace(state, lower=groove - 0.5 * LAW.recovery, offset=side * 1e-4)
     assert side * LAW.force(MATH, pressed)[2] < 0.0  # for as long as it presses, the base touches its wall
 

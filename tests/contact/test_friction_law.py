@@ -27,8 +27,8 @@ def test_one_product_of_the_first_power_is_a_law_of_the_list() -> None:
         FrictionLaw(c_edge=-0.02, edge_ref=0.3, edge_scale=0.2): EdgeDependentFriction(b=-0.1, edge_ref=0.3),
         FrictionLaw(c_load=0.01, load_ref=400.0, load_scale=200.0): LoadDependentFriction(b=0.02, load_ref=400.0),
     }
-    for found, named in laws.items():
-        assert found.force(MATHS, STATE) == pytest.approx(named.force(MATHS, STATE), rel=1e-12)
+    for general, named in laws.items():
+        assert general.force(MATHS, STATE) == pytest.approx(named.force(MATHS, STATE), rel=1e-12)
 
 
 def test_products_of_two_variables_and_the_others() -> None:

@@ -60,9 +60,9 @@ def rms(values: Array) -> Array:
     return np.asarray(np.sqrt(np.mean(values[ENDS] ** 2, axis=0)))
 
 
-def differences(moments: Storage, found: dict[str, Array]) -> dict[str, float]:
+def differences(moments: Storage, of_opensim: dict[str, Array]) -> dict[str, float]:
     return {
-        name: float(rms(found[name.removesuffix("_moment")] - moments.values[:, i]))
+        name: float(rms(of_opensim[name.removesuffix("_moment")] - moments.values[:, i]))
         for i, name in enumerate(moments.columns)
         if name != "time"
     }
@@ -142,8 +142,8 @@ def test_opensims_own_inverse_dynamics_gives_the_joint_moments(ground: str, tmp_
     lines = (tmp_path / "inverse_dynamics.sto").read_text(encoding="utf-8").splitlines()
     head = lines.index("endheader")
     values = np.array([line.split() for line in lines[head + 2 :]], dtype=float)
-    found = dict(zip((name.removesuffix("_moment") for name in lines[head + 1].split()), values.T, strict=True))
+    of_opensim = dict(zip((name.removesuffix("_moment") for name in lines[head + 1].split()), values.T, strict=True))
     moments = read_storage(Path("joint_moments.sto"), texts["joint_moments.sto"])
-    np.testing.assert_allclose(found["time"], moments.values[:, 0], atol=1e-9)
-    for name, difference in differences(moments, found).items():
+    np.testing.assert_allclose(of_opensim["time"], moments.values[:, 0], atol=1e-9)
+    for name, difference in differences(moments, of_opensim).items():
         assert difference < 0.3, name  # as from the files by hand

@@ -54,13 +54,13 @@ def linear_model(seed: int = 2) -> LinearModel:
 def covariance(given: LinearModel) -> Array:
     """By its definition."""
     size = len(given.residual)
-    found = np.zeros((size, size))
+    noise_covariance = np.zeros((size, size))
     for name, place in given.measurements.blocks.items():
         time, noise, scale = given.measurements.time_of(name), LEVELS.of(name), given.measurements.scale[place]
         least = scale.lasting.min()
         more = np.sqrt((scale.lasting / least) ** 2 - 1.0)
         alone = np.diag(scale.total**2 - scale.lasting**2)
         alike = np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
-        found[place, place] = noise.sigma**2 * (least**2 * alike * (1.0 + np.outer(more, more)) + alone)
+        noise_covariance[place, place] = noise.sigma**2 * (least**2 * alike * (1.0 + np.outer(more, more)) + alone)
     posture, surface = LEVELS.posture * given.posture, LEVELS.surface * given.surface
-    return found + posture @ posture.T + surface @ surface.T
+    return noise_covariance + posture @ posture.T + surface @ surface.T

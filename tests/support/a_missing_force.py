@@ -32,8 +32,8 @@ def courses(fitted: FittedRun, foot: int) -> Array:
     """(2, c) the direction of a ski in the snow's plane in each cell."""
     middles = 0.5 * (fitted.time_edges[1:] + fitted.time_edges[:-1])
     forward = fitted.run.foot_forward[:, foot]
-    found = np.stack([np.interp(middles, fitted.run.time, forward[:, axis]) for axis in range(2)])
-    return np.asarray(found / np.linalg.norm(found, axis=0))
+    forward_in_cells = np.stack([np.interp(middles, fitted.run.time, forward[:, axis]) for axis in range(2)])
+    return np.asarray(forward_in_cells / np.linalg.norm(forward_in_cells, axis=0))
 
 
 def shaped(responses: Array, course: Array) -> Array:

@@ -79,19 +79,20 @@ class Files:
     def _move(self) -> dict[str, Movement]:
         n = len(self.time)
         zero = np.zeros((n, 3))
-        found = {"ground": Movement(zero, np.tile(np.eye(3), (n, 1, 1)), zero, zero, zero, zero)}
+        movements = {"ground": Movement(zero, np.tile(np.eye(3), (n, 1, 1)), zero, zero, zero, zero)}
         waiting = list(self.joints)
         while waiting:
             for joint in waiting:
                 frames = {frame.get("name"): frame for frame in joint.iter("PhysicalOffsetFrame")}
                 parent = frames[joint.findtext("socket_parent_frame")].findtext("socket_parent", "").split("/")[-1]
-                if parent in found:
+                if parent in movements:
                     break
             waiting.remove(joint)
             child = frames[joint.findtext("socket_child_frame")].findtext("socket_parent", "").split("/")[-1]
             self.parent[child] = parent
-            found[child] = self._joined(found[parent], joint, child, frames[joint.findtext("socket_parent_frame")])
-        return found
+            frame = frames[joint.findtext("socket_parent_frame")]
+            movements[child] = self._joined(movements[parent], joint, child, frame)
+        return movements
 
     def _joined(self, on: Movement, joint: XML.Element, child: str, offset: XML.Element) -> Movement:
         arm = vector(offset, "translation")
@@ -128,7 +129,7 @@ class Files:
 
     def wrenches(self) -> dict[str, list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:
         """By body what it needs beyond gravity and external forces: force, the point it acts at, moment about it."""
-        found: dict[str, list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = {}
+        wrenches: dict[str, list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = {}
         for name, body in self.bodies.items():
             moving, mass = self.movements[name], float(body.findtext("mass", "0"))
             place, acceleration = moving.carry(vector(body, "mass_center"))
@@ -138,7 +139,7 @@ class Files:
             )
             momentum = np.einsum("nij,nj->ni", inertia, moving.spin)
             moment = np.einsum("nij,nj->ni", inertia, moving.spin_rate) + np.cross(moving.spin, momentum)
-            found[name] = [(mass * (acceleration - self.gravity), place, moment)]
+            wrenches[name] = [(mass * (acceleration - self.gravity), place, moment)]
         for load in self.loads:
             force, point, moment = (
                 np.stack([self.column(self.forces, f"{prefix}{axis}") for axis in "xyz"], axis=1)
@@ -146,8 +147,8 @@ class Files:
                 else np.zeros((len(self.time), 3))
                 for tag in ("force_identifier", "point_identifier", "torque_identifier")
             )
-            found[load.findtext("applied_to_body", "")].append((-force, point, -moment))
-        return found
+            wrenches[load.findtext("applied_to_body", "")].append((-force, point, -moment))
+        return wrenches
 
     def left_over(self) -> tuple[np.ndarray, np.ndarray]:
         """(n, 3) N and N m about the pelvis' place: what Newton's and Euler's laws of the whole leave over."""
@@ -161,7 +162,7 @@ class Files:
 
     def inverse_dynamics(self) -> dict[str, np.ndarray]:
         """(n,) N or N m by coordinate."""
-        found, wrenches = {}, self.wrenches()
+        moments, wrenches = {}, self.wrenches()
         for name, axis in self.axes.items():
             total = np.zeros(len(self.time))
             for body, parts in wrenches.items():
@@ -169,8 +170,8 @@ class Files:
                     for pushed, point, turned in parts:
                         lever = turned + np.cross(point - axis.place, pushed) if axis.turns else pushed
                         total += np.sum(lever * axis.direction, axis=1)
-            found[name] = total
-        return found
+            moments[name] = total
+        return moments
 
     def _is_beyond(self, body: str, other: str) -> bool:
         while body != "ground":

@@ -118,30 +118,30 @@ def test_on_a_grid_the_shares_are_exact() -> None:
     """y = a + s b: variances of evenly spaced levels, (n + 1)/(12 (n − 1)) each; nothing is shared."""
     slope = 0.3
     first, second = 8.0 / 72.0, slope**2 * 4.0 / 24.0
-    found = on_a_grid(lambda a, b: a + slope * b)
+    indices = on_a_grid(lambda a, b: a + slope * b)
     expected = {FIRST: first / (first + second), SECOND: second / (first + second)}
     assert expected[SECOND] == pytest.approx(0.119, abs=1e-3)  # what the estimate between groups calls 0.02
-    assert values(found, "share") == pytest.approx(expected, abs=1e-9)  # rounding
-    assert found.loc[found["index"] == "S2", "value"].tolist() == pytest.approx([0.0], abs=1e-9)
+    assert values(indices, "share") == pytest.approx(expected, abs=1e-9)  # rounding
+    assert indices.loc[indices["index"] == "S2", "value"].tolist() == pytest.approx([0.0], abs=1e-9)
 
 
 def test_on_a_grid_all_shares_together_are_one() -> None:
-    found = on_a_grid(lambda a, b: (a - 0.4) * (b + 0.2) ** 2)
-    assert len(found) == 3
-    assert found["value"].sum() == pytest.approx(1.0, abs=1e-9)
-    assert found["value"].min() > 0.01
+    indices = on_a_grid(lambda a, b: (a - 0.4) * (b + 0.2) ** 2)
+    assert len(indices) == 3
+    assert indices["value"].sum() == pytest.approx(1.0, abs=1e-9)
+    assert indices["value"].min() > 0.01
 
 
 def test_shares_on_a_grid_hold_without_some_runs() -> None:
     """What a sum of effects explains less without one of them, with the runs that are there; nothing is unexplained."""
-    found = values(on_a_grid(lambda a, b: a + 0.3 * b, lost=(0, 4, 20)), "share")
+    shares = values(on_a_grid(lambda a, b: a + 0.3 * b, lost=(0, 4, 20)), "share")
     levels = [(a, b) for a in np.linspace(0.0, 1.0, 7) for b in np.linspace(0.0, 1.0, 3)]
     a, b = np.array([pair for row, pair in enumerate(levels) if row not in (0, 4, 20)]).T
     # of two effects the part of each that the other's levels do not explain: their group means are taken off by turns
     total = np.sum((a + 0.3 * b - np.mean(a + 0.3 * b)) ** 2)
     for name, effect, other in ((FIRST, a, b), (SECOND, 0.3 * b, a)):
         groups = pd.Series(effect).groupby(other).transform("mean").to_numpy()
-        assert found[name] == pytest.approx(np.sum((effect - groups) ** 2) / total, abs=1e-9)
+        assert shares[name] == pytest.approx(np.sum((effect - groups) ** 2) / total, abs=1e-9)
 
 
 def test_an_estimated_share_is_not_clipped() -> None:

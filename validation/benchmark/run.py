@@ -121,8 +121,8 @@ def _baselines(searched: Round) -> tuple[str, str]:
 
     nothing = remaining(np.zeros((count, 0)))
     best_bic, best_fit = ("none", count * np.log(nothing)), ("none", nothing)
-    by_name = {each.name: each for each in searched.hypotheses}
-    for name in (each for each in searched.responses if each in by_name):
+    by_name = {explanation.name: explanation for explanation in searched.hypotheses}
+    for name in (name for name in searched.responses if name in by_name):
         explanation = by_name[name]
         columns = explanation.candidate.free.columns
         remains = remaining(columns)

@@ -37,7 +37,7 @@ class Travel:
         path = evidence.files["gps"]
         if rise > max(_CLIMB, 6.0 * sigma):
             problem = f"the track climbs by {rise:.0f} m from {evidence.start:.1f} to {evidence.stop:.1f} s"
-            fix = "give the run itself, not the way up; check the sign of altitude_m and time_offset_s"
+            fix = "give the run itself, not the ascent; check the sign of altitude_m and time_offset_s"
             return (Finding(path, "column altitude_m", problem, fix, sure=True),)
         seconds = np.arange(gps.time[inside][0], gps.time[inside][-1], 1.0)
         coarse = np.column_stack([np.interp(seconds, gps.time[inside], axis) for axis in place[:, :2].T])

@@ -90,8 +90,8 @@ def test_a_frame_rate_that_is_wrong_shows_in_the_turns(tmp_path: Path, factor: f
     tiny = Tiny(toml=TOML.split("[insoles]")[0], rotations=rotations, gps=gps, frame_time=factor / 60.0)
     words = notices(tmp_path, tiny)
     assert "do not turn at the same pace" in words
-    found = float(words.split("best factor of its time is ")[1].partition(";")[0])
-    assert found == pytest.approx(1.0 / factor, abs=0.03)  # steps of 1 %, and two turns only
+    best_factor = float(words.split("best factor of its time is ")[1].partition(";")[0])
+    assert best_factor == pytest.approx(1.0 / factor, abs=0.03)  # steps of 1 %, and two turns only
 
 
 @pytest.mark.parametrize(("seconds", "factor"), [(4.0, 1.0), (4.0, 0.85), (5.5, 1.2)])
@@ -117,8 +117,8 @@ def test_a_clock_that_is_off_shows_in_the_turns(tmp_path: Path, name: str, offse
     except InputError as error:  # off by half a turn, it may also be a mirrored track
         words = str(error)
         assert "swapped, or the clocks" in words
-    found = float(words.split("add ")[1].partition(" s to")[0])
-    assert found == pytest.approx(-offset, abs=0.4)  # skidding skis turn up to half a second before the course
+    best_shift = float(words.split("add ")[1].partition(" s to")[0])
+    assert best_shift == pytest.approx(-offset, abs=0.4)  # skidding skis turn up to half a second before the course
 
 
 def frames(change: Callable[[Columns], None]) -> Tiny:
