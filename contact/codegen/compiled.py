@@ -117,26 +117,26 @@ def law_parameters(terms: Sequence[Term]) -> LawParameters:
 
 
 def parameter_index(terms: Sequence[Term], term: Term, name: str) -> int:
-    """Where a parameter of one of the terms stands among ``parameter_values``."""
+    """Return where a parameter of one of the terms stands among ``parameter_values``."""
     before = itertools.takewhile(lambda other: other is not term, in_order(terms))
     return sum(len(quantities(type(other))) for other in before) + list(quantities(type(term))).index(name)
 
 
 def place_parameters(terms: Sequence[Term], kind: str) -> list[int]:
-    """Where those parameters stand by which the forces of a place may change; the wind's move the segments."""
+    """Return where the parameters stand by which the forces of a place may change; the wind's move the segments."""
     owners = [term for term in in_order(terms) for _ in quantities(type(term))]
     return [i for i, term in enumerate(owners) if term.kind == kind or (kind == "segment" and term.kind == "wind")]
 
 
 def _addresses(others: tuple[type[Term], ...]) -> tuple[int, ...]:
-    """Where the functions of such classes are, in the order of ``FUNCTIONS``; 0 for those that there are not."""
+    """Return where the functions of such classes are, in the order of ``FUNCTIONS``; 0 for those that there are not."""
     if not others:
         return (0,) * len(FUNCTIONS)
     with _lock:
         if others not in _compiled_others:
             module = _module(other_laws_source(others))
-            found = [getattr(module, f"_address_of_{function.name}", None) for function in FUNCTIONS]
-            _compiled_others[others] = tuple(0 if law is None else law.address for law in found)
+            laws = [getattr(module, f"_address_of_{function.name}", None) for function in FUNCTIONS]
+            _compiled_others[others] = tuple(0 if law is None else law.address for law in laws)
         return _compiled_others[others]
 
 

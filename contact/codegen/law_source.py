@@ -341,7 +341,7 @@ def _registered(function: LawFunction) -> str:
 
 
 def _sums(function: LawFunction, classes: Sequence[type[Term]], begin: int) -> tuple[list[str], list[str]]:
-    """The lines that go over the terms of the place's classes from ``begin`` on, and the names of what they add up."""
+    """Return the lines that go over the terms of the place's classes from ``begin`` on, and the names of their sums."""
     kind, law = function.kind, function.law
     sums = [f"sum{i}" for i in range(function.outputs)]
     lines = [f"{name} = 0.0" for name in sums]
@@ -358,11 +358,11 @@ def _sums(function: LawFunction, classes: Sequence[type[Term]], begin: int) -> t
         columns = [tape.derivatives(outputs, tape.name(variable)) for variable in function.variables]
         rows = [column[row] for row in range(law.outputs) for column in columns]
         values = rows if function.linearised else [*outputs, *rows]
-        found = [(f"{name} +=", x) for name, x in zip(sums, values, strict=True)]
+        added = [(f"{name} +=", x) for name, x in zip(sums, values, strict=True)]
         for place in range(len(quantities(cls)) if function.linearised else 0):
             slopes = tape.derivatives(outputs, tape.name(_parameter(index, place)))
-            found += [(f"by_parameter[{row}, at{index} + {place}] =", slope) for row, slope in enumerate(slopes)]
-        lines += _over_terms(index, cls, tape, found)
+            added += [(f"by_parameter[{row}, at{index} + {place}] =", slope) for row, slope in enumerate(slopes)]
+        lines += _over_terms(index, cls, tape, added)
     return lines, sums
 
 
@@ -382,12 +382,12 @@ def _has_others(function: LawFunction) -> str:
 
 
 def _place_of(kind: str) -> int:
-    """Where the first function of a place stands among all."""
+    """Return where the first function of a place stands among all."""
     return next(place for place, function in enumerate(FUNCTIONS) if function.kind == kind)
 
 
 def classes_of_kind(kind: str, classes: Sequence[type[Term]]) -> list[tuple[int, type[Term]]]:
-    """Those of a place, each with where it stands among all."""
+    """Return the classes of a place, each with where it stands among all."""
     return [(index, cls) for index, cls in enumerate(classes) if cls.kind == kind]
 
 
@@ -396,7 +396,7 @@ def _parameter(index: int, place: int) -> str:
 
 
 def _traced(law: Law, index: int, cls: type[Term]) -> tuple[Tape, tuple[Operand, ...]]:
-    """What a term of that class gives, with names where it has numbers."""
+    """Return what a term of that class gives, with names where it has numbers."""
     tape = Tape()
     names: dict[str, Any] = {name: tape.name(_parameter(index, place)) for place, name in enumerate(quantities(cls))}
     arguments: dict[str, Operand] = {name: tape.name(name) for name in law.arguments}
@@ -405,9 +405,9 @@ def _traced(law: Law, index: int, cls: type[Term]) -> tuple[Tape, tuple[Operand,
     return tape, tuple(law.trace(TapeMath(tape), cls(**names), arguments))
 
 
-def _over_terms(index: int, cls: type[Term], tape: Tape, found: Sequence[tuple[str, Operand]]) -> list[str]:
-    """The loop over the terms of a class that does with each operand what stands before it."""
-    wanted = [(target, x) for target, x in found if isinstance(x, Node) or x != 0.0 or not target.endswith("+=")]
+def _over_terms(index: int, cls: type[Term], tape: Tape, added: Sequence[tuple[str, Operand]]) -> list[str]:
+    """Return the loop over the terms of a class that does with each operand what stands before it."""
+    wanted = [(target, x) for target, x in added if isinstance(x, Node) or x != 0.0 or not target.endswith("+=")]
     lines, results = source_lines(tape, [x for _, x in wanted], prefix=f"x{index}_")
     used = {node.operation for node in needed(tape, [x for _, x in wanted])}
     count = len(quantities(cls))

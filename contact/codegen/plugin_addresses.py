@@ -1,6 +1,6 @@
 """Laws that are compiled apart from the kernels and called by their addresses.
 
-What a kernel calls by name is compiled into it, anew for every other text.  A law of somebody's own is called by its
+What a kernel calls by name is compiled into it, once more for every other text.  A law of a user's own is called by its
 address instead: the kernels stay as they are, and the law alone is compiled.
 
 A law takes ``LawParameters``, floats and, where it is linearised, the array of derivatives by the parameters; it
@@ -43,7 +43,7 @@ def callable_at(outputs: int) -> Any:
 
     def call(_typing: Any, place: Any, parameters: Any, given: Any, by_parameter: Any) -> Any:
         arrays = [*parameters.types, by_parameter]
-        if any(isinstance(each, types.Array) and each.layout != "C" for each in arrays):
+        if any(isinstance(kind, types.Array) and kind.layout != "C" for kind in arrays):
             raise numba.TypingError("a law that is called by its address takes arrays without gaps only")
         return types.UniTuple(types.float64, outputs)(types.int64, parameters, given, by_parameter), write
 
@@ -66,8 +66,8 @@ def callable_at(outputs: int) -> Any:
         law = ir.FunctionType(ir.VoidType(), [value.type for value in passed])
         address = builder.load(builder.gep(field("addresses").data, [place]))
         builder.call(builder.inttoptr(address, law.as_pointer()), passed)
-        found = [builder.load(cgutils.gep_inbounds(builder, out, 0, at)) for at in range(outputs)]
-        return context.make_tuple(builder, signature.return_type, found)
+        outputs_of_law = [builder.load(cgutils.gep_inbounds(builder, out, 0, at)) for at in range(outputs)]
+        return context.make_tuple(builder, signature.return_type, outputs_of_law)
 
     written = intrinsic(call)
     return njit(lambda place, parameters, given, more: written(place, parameters, given, more), error_model="numpy")

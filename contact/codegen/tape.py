@@ -115,17 +115,17 @@ class Condition:
 
 
 def _power(tape: Tape, base: Operand, exponent: Operand) -> Operand:
-    """Whole powers up to the fourth as products, so that the base may be negative; others for bases ≥ 0."""
+    """Return whole powers up to the fourth as products, so that the base may be negative; others are for bases ≥ 0."""
     if isinstance(exponent, Node):
         return tape.node("power", base, exponent)
     if exponent == 0.5:
         return tape.node("sqrt", base)
     if exponent not in (-2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0):
         return tape.node("power", base, float(exponent))
-    found: Operand = 1.0
+    product: Operand = 1.0
     for _ in range(abs(int(exponent))):
-        found = tape.multiply(found, base)
-    return found if exponent >= 0.0 else tape.divide(1.0, found)
+        product = tape.multiply(product, base)
+    return product if exponent >= 0.0 else tape.divide(1.0, product)
 
 
 def _operand(x: Any) -> Operand:
@@ -143,7 +143,7 @@ def _by_name(func: Any, args: Any, kwargs: Any) -> Any:
         return args[0].choose(_operand(args[1]), _operand(args[2]))
     if func is np.clip and len(args) == 3 and not kwargs:
         x, low, high = map(_operand, args)
-        tape = next(each.tape for each in (x, low, high) if isinstance(each, Node))
+        tape = next(operand.tape for operand in (x, low, high) if isinstance(operand, Node))
         return tape.node("minimum", tape.node("maximum", x, low), high)
     raise TypeError(f"a force term cannot use numpy.{func.__name__} here; {_USABLE}")
 
@@ -394,15 +394,15 @@ _SPELLING = {name: f"_math.{name}" for name in ("sqrt", "sin", "cos", "atan", "a
 
 
 def needed(tape: Tape, outputs: Sequence[Operand]) -> list[Node]:
-    """The nodes that the outputs depend on, in the order in which they were noted."""
-    found: set[int] = set()
+    """Return the nodes that the outputs depend on, in the order in which they were noted."""
+    indices: set[int] = set()
     waiting = [x for x in outputs if isinstance(x, Node)]
     while waiting:
         node = waiting.pop()
-        if node.index not in found:
-            found.add(node.index)
+        if node.index not in indices:
+            indices.add(node.index)
             waiting.extend(x for x in node.operands if isinstance(x, Node))
-    return [tape.nodes[index] for index in sorted(found)]
+    return [tape.nodes[index] for index in sorted(indices)]
 
 
 def source_lines(tape: Tape, outputs: Sequence[Operand], *, prefix: str) -> tuple[list[str], list[str]]:

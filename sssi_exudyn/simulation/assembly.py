@@ -66,7 +66,7 @@ class Parts:
 
     @property
     def is_carved(self) -> bool:
-        """Whether edges cut the snow."""
+        """Return whether edges cut the snow."""
         return is_carved(self.model.terms)
 
     @cached_property
@@ -177,7 +177,7 @@ class Parts:
         return np.asarray(np.maximum(boot_joint(self.model.equipment).inertia[:2] - np.array(own), 0.0))
 
     def posture(self, time: Array) -> PostureTable:
-        """The posture at ``time`` (n,), a stretch at a time: the Jacobians on the way are far larger than what is
+        """The posture at ``time`` (n,), a stretch at a time: intermediate Jacobians are far larger than what is
         kept.
         """
         stretches = np.array_split(time, max(1, -(-len(time) // _STRETCH)))
@@ -200,15 +200,15 @@ class Parts:
         """
         looks = np.linspace(time[0], time[-1], max(2, 1 + round((time[-1] - time[0]) / _LOOKS)))
         shown = {name: np.array(areas) for name, areas in ShownAreas().of_height(self.model.skier.height).items()}
-        found = np.concatenate(
+        areas_seen = np.concatenate(
             [
                 facing(relative_poses(self.motion, part)[0], self.inertias, shown)
                 for part in np.array_split(looks, max(1, -(-len(looks) // _STRETCH)))
             ]
         )
         if looks[-1] == looks[0]:
-            return np.repeat(found[:1], len(time), axis=0)
-        return np.ascontiguousarray(make_interp_spline(looks, found, k=1)(time))
+            return np.repeat(areas_seen[:1], len(time), axis=0)
+        return np.ascontiguousarray(make_interp_spline(looks, areas_seen, k=1)(time))
 
 
 def snow_grid(surface: Surface | None) -> SnowGrid:

@@ -74,6 +74,6 @@ def _unshielded(centre: Array, shape: Array, forward: Array) -> Array:
 
 
 def _smooth(x: Array) -> Array:
-    """From 0 at 0 to 1 at 1 without a kink."""
+    """Return a step from 0 at 0 to 1 at 1 without a kink."""
     x = np.clip(x, 0.0, 1.0)
     return np.asarray(x * x * (3.0 - 2.0 * x))

@@ -118,7 +118,7 @@ class Turn:
 
     @classmethod
     def of(cls, up: Array, heading: Array) -> Turn:
-        """By a heading, its rate and its acceleration (n, 3)."""
+        """Make it of a heading, its rate and its acceleration (n, 3)."""
         return cls(up, *np.ascontiguousarray(heading.T))
 
     def matrices(self) -> Array:

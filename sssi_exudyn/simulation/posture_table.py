@@ -139,7 +139,7 @@ def posture_at(
     com_momentum += mass @ cross(arm, pace)
     shown = [SEGMENT[name] for name in exposed]
     outer = np.concatenate([foot_place, place[:, shown]], axis=1)
-    angular, linear = (found[..., 3:] for found in jacobians(poses, feet + shown, outer))
+    angular, linear = (jacobian[..., 3:] for jacobian in jacobians(poses, feet + shown, outer))
     return PostureTable(
         time=time,
         angles=angles,

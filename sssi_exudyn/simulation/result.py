@@ -24,7 +24,7 @@ _FREE = ("pelvis_f", "pelvis_l", "pelvis_n")
 
 @dataclass(frozen=True)
 class EdgeSeries:
-    """What skis that cut the snow do besides, n instants, (n, 2) by ski.
+    """What skis that cut the snow do in addition, at n instants, (n, 2) by ski.
 
     heading : (n,) rad of the whole skier against the captured heading, > 0 to the left
     yaw, roll : rad of the ski against the captured foot, > 0 to the left and to the right edge
@@ -219,7 +219,7 @@ class SimulationResult:
         )
 
     def to_frame(self, slope_to_enu: Array) -> pd.DataFrame:
-        """One row a sample, one column a component, each with its unit in its name; vectors east-north-up.
+        """Return one row a sample and one column a component, with its unit in its name; vectors are east-north-up.
 
         Parameters
         ----------

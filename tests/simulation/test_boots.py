@@ -25,7 +25,9 @@ def in_boots(**fit: float) -> Model:
 
 
 def test_the_ski_stands_ahead_of_the_ankle_along_the_foot() -> None:
-    under, ahead = (Parts(each, standing(0.5)).posture(INSTANTS) for each in (in_boots(), in_boots(boot_centre=AHEAD)))
+    under, ahead = (
+        Parts(booted, standing(0.5)).posture(INSTANTS) for booted in (in_boots(), in_boots(boot_centre=AHEAD))
+    )
     forward = under.foot_rotation[..., 0]
     np.testing.assert_allclose(ahead.foot_place - under.foot_place, AHEAD * forward, atol=1e-12)
     np.testing.assert_array_equal(ahead.foot_rotation, under.foot_rotation)
@@ -53,7 +55,7 @@ def test_a_ramp_is_a_foot_that_points_down() -> None:
 @pytest.mark.long
 def test_the_ankle_holds_what_presses_ahead_of_it() -> None:
     """Standing skiers who glide straight down: N presses farther ahead, less the weight of ski and binding there."""
-    runs = [simulate(each, standing(1.0), stop=0.6) for each in (in_boots(), in_boots(boot_centre=AHEAD))]
+    runs = [simulate(booted, standing(1.0), stop=0.6) for booted in (in_boots(), in_boots(boot_centre=AHEAD))]
     ankles = [runs[0].moment_names.index(f"ankle_angle_{side}") for side in "lr"]
     settled = runs[0].time > 0.3
     change = (runs[1].joint_moments - runs[0].joint_moments)[settled][:, ankles]

@@ -47,11 +47,11 @@ def posed(bent: dict[str, float]) -> Poses:
 def force(bent: dict[str, float], speed: float = 1.0) -> Array:
     """(3,) N at a speed straight ahead, divided by ½ ρ v²: drag area backwards, lift area upwards (m²)."""
     law = PostureAir()
-    found = np.zeros(3)
+    total = np.zeros(3)
     for matrix in facing(posed(bent), INERTIAS, SHOWN)[0]:
         state = SegmentState((speed, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, tuple(matrix[np.triu_indices(3)]))
-        found += law.force(FloatMath(), state)
-    return found / (0.5 * law.rho * speed**2)
+        total += law.force(FloatMath(), state)
+    return total / (0.5 * law.rho * speed**2)
 
 
 def moved(poses: Poses, segment: str, place: Array) -> Poses:
@@ -65,8 +65,8 @@ def moved(poses: Poses, segment: str, place: Array) -> Poses:
 def shares(gap: Array) -> Array:
     """How much of two equal balls' areas counts, the second ``gap`` (3,) m from the first."""
     poses = moved(moved(posed(UPRIGHT), "hand_l", np.zeros(3)), "hand_r", gap)
-    found = facing(poses, INERTIAS, dict.fromkeys(("hand_l", "hand_r"), np.full(3, 0.04)))[0]
-    return np.sqrt(found[:, 0, 0]) / 0.04
+    matrices = facing(poses, INERTIAS, dict.fromkeys(("hand_l", "hand_r"), np.full(3, 0.04)))[0]
+    return np.sqrt(matrices[:, 0, 0]) / 0.04
 
 
 def test_an_ellipsoid_shows_the_area_of_its_shadow() -> None:
@@ -134,14 +134,14 @@ def test_a_plate_is_pushed_along_its_normal() -> None:
     matrix = 0.1**2 * np.outer(normal, normal)
     for velocity in (np.array([7.0, 0.0, 0.0]), np.array([0.0, 0.0, 7.0]), 7.0 * normal):
         state = SegmentState(tuple(velocity), (0.0, 0.0, 0.0), 0.0, tuple(matrix[np.triu_indices(3)]))
-        found = np.array(PostureAir(c_d=1.0, rho=1.0).force(FloatMath(), state))
-        assert found == pytest.approx(-0.5 * 0.1 * 49.0 * normal, rel=1e-6)
+        pushed = np.array(PostureAir(c_d=1.0, rho=1.0).force(FloatMath(), state))
+        assert pushed == pytest.approx(-0.5 * 0.1 * 49.0 * normal, rel=1e-6)
 
 
 @pytest.mark.long
 def test_full_and_reduced_model_slow_down_alike_by_what_the_posture_shows() -> None:
     """A crouched skier at 20 m/s, by the paper's constant areas and by those of his posture."""
-    motion, found = gliding.standing(1.0), []
+    motion, speeds = gliding.standing(1.0), []
     for terms in (PAPER_TERMS, combine_terms(PAPER_TERMS, (PostureAir(c_d=0.9),))):
         model = gliding.model(terms, speed=20.0)
         prepared = prepare(model, motion)
@@ -149,8 +149,8 @@ def test_full_and_reduced_model_slow_down_alike_by_what_the_posture_shows() -> N
             float(run.pelvis_velocity[-1, 0]) for run in (simulate_reduced(model, prepared), simulate(model, motion))
         ]
         assert both[0] == pytest.approx(both[1], abs=2e-3)  # the skis' higher modes
-        found.append(both[0])
+        speeds.append(both[0])
     shown = np.sqrt(prepared.exposed_facing[0, :, 0, 0]).sum()
     less = 0.5 * 0.9 * 1.05 * (prepared.area.sum() - shown) * 20.0**2 / prepared.mass
     # the speed changes by 2 % on the way, and the lift takes some of the friction off
-    assert found[1] - found[0] == pytest.approx(less * 1.0, rel=0.1)
+    assert speeds[1] - speeds[0] == pytest.approx(less * 1.0, rel=0.1)

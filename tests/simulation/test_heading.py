@@ -197,7 +197,7 @@ def test_what_holds_the_heading_is_all_that_inverse_dynamics_find_about_gravity(
     whole = prepare(tried, motion, stop=motion.start + 1.0).whole_body()
     inertia = (whole.inertia @ up_in_slope(motion.inclination) @ up_in_slope(motion.inclination))[8:]
     held = -spring.stiffness * heading - 2.0 * spring.damping_ratio * np.sqrt(spring.stiffness * inertia) * rate
-    rms = {mode: np.sqrt(np.mean(each**2)) for mode, each in left.items()}
+    rms = {mode: np.sqrt(np.mean(moment**2)) for mode, moment in left.items()}
     # what a ski's own yaw below the feet takes is left out: some N m
     assert rms["free"] < 0.25 * rms["replay"]
     assert np.sqrt(np.mean((left["track"] - held) ** 2)) < 0.25 * rms["replay"]
@@ -216,9 +216,9 @@ def test_joint_moments_are_smooth() -> None:
     run = simulate(tried, motion, stop=motion.start + 0.2)
     captured = full("replay")
     name = captured.moment_names.index("hip_flexion_l")
-    found, expected = (np.std(np.diff(each.joint_moments[8:160, name])) for each in (run, captured))
+    turning, replayed = (np.std(np.diff(result.joint_moments[8:160, name])) for result in (run, captured))
     # Nm from step to step: 2 replayed and turning, 20 with the tree
-    assert found < 2.0 * expected
+    assert turning < 2.0 * replayed
 
 
 def test_a_heading_that_is_found_wants_edges_that_cut() -> None:

@@ -67,8 +67,8 @@ def test_a_tilted_surface_is_a_steeper_plane() -> None:
     on_surface = model(PAPER_TERMS, speed=5.0 * np.cos(STEEPER))
     on_surface = replace(on_surface, surface=tilted)
     ways = []
-    for each, inclination in ((steep, INCLINATION + STEEPER), (on_surface, INCLINATION)):
-        run = simulate_reduced(each, prepare(each, leaning(1.0, float(inclination))))
+    for sloped, inclination in ((steep, INCLINATION + STEEPER), (on_surface, INCLINATION)):
+        run = simulate_reduced(sloped, prepare(sloped, leaning(1.0, float(inclination))))
         ways.append((run.com - run.com[0]) @ slope_to_level(float(inclination)).T)
     # The world is the same, turned.  What differs is the depth in which the skier stands at the start, where the weight
     # counts along the plane's normal: 1 % of 1 cm.  The tilt itself moves him by 0.2 m.
@@ -81,7 +81,7 @@ def test_a_surface_is_the_law_of_the_same_shape() -> None:
     height = bump.rise * np.exp(-0.5 * ((empty.nodes()[:, 0] - bump.f0) / bump.width) ** 2)
     by_law = model((*SNOW, bump))
     by_surface = replace(model(SNOW), surface=shaped(height, empty))
-    runs = [simulate_reduced(each, prepare(each, standing(1.5, heading=0.3))) for each in (by_law, by_surface)]
+    runs = [simulate_reduced(bumped, prepare(bumped, standing(1.5, heading=0.3))) for bumped in (by_law, by_surface)]
     # what a second-order patch leaves of the bell under a ski's ends: rise·1.4·(0.8/width)³/6 = 0.2 mm
     np.testing.assert_allclose(runs[1].com, runs[0].com, atol=5e-4)
     np.testing.assert_allclose(runs[1].foot_load, runs[0].foot_load, atol=0.03 * 800.0)  # 3 % of the weight
@@ -91,7 +91,7 @@ def test_a_surface_is_the_law_of_the_same_shape() -> None:
 def test_every_back_end_is_the_reference_on_a_surface(backend: Backend) -> None:
     on_hill = replace(model(SNOW), surface=hill())
     parts = Parts(on_hill, standing(0.5, heading=0.4, pelvis_list=0.2, hip_adduction_l=0.2))
-    reference, other = (forces_of(parts, SNOW, each) for each in ("python", backend))
+    reference, other = (forces_of(parts, SNOW, kind) for kind in ("python", backend))
     q, v, at = random_state(parts, 3)
     assert on_hill.surface is not None
     q[2] += float(on_hill.surface.at(q[None, :2])[0, 0]) - 0.05

@@ -95,16 +95,16 @@ def test_the_pole_takes_the_energy_of_its_hand(left: SimulationResult) -> None:
 def test_the_moment_left_over_knows_the_hand() -> None:
     """The push moved from the left to the right hand turns the body by its width; the reduced model's balance."""
     motion = arms_ahead()
-    found: list[Array] = []
+    residuals: list[Array] = []
     for side in (1.0, -1.0):
         start = model((*PAPER_TERMS, replace(PUSH, side=side)))
         prepared = prepare(start, motion)
         run = simulate_reduced(start, prepared)
-        found.append(balance_of(start, motion, prepared, run).residual(run, prepared))
+        residuals.append(balance_of(start, motion, prepared, run).residual(run, prepared))
     pulse = np.exp(-0.5 * ((run.time - PUSH.t) / PUSH.width) ** 2) / (PUSH.width * np.sqrt(2.0 * np.pi))
     # what is left over is what the pelvis would have to be held with: minus (w, to the left) x F
-    np.testing.assert_allclose((found[0] - found[1])[:, 0], -WIDTH * PUSH.up * pulse, atol=0.01)
-    np.testing.assert_allclose((found[0] - found[1])[:, 2], WIDTH * PUSH.forward * pulse, atol=0.01)
+    np.testing.assert_allclose((residuals[0] - residuals[1])[:, 0], -WIDTH * PUSH.up * pulse, atol=0.01)
+    np.testing.assert_allclose((residuals[0] - residuals[1])[:, 2], WIDTH * PUSH.forward * pulse, atol=0.01)
 
 
 def test_a_planted_pole_by_hand() -> None:
@@ -126,11 +126,11 @@ def test_a_planted_pole_by_hand() -> None:
     assert early[0] == late[0] == 0.0
     tips = []
     for t in np.linspace(1.02, 1.38, 10):
-        found = force(t)
+        pushed = force(t)
         shape = 0.5 * (1.0 - np.cos(2.0 * np.pi * (t - 1.0) / 0.4))
-        assert np.linalg.norm(found) == pytest.approx(80.0 * shape, rel=1e-3)
+        assert np.linalg.norm(pushed) == pytest.approx(80.0 * shape, rel=1e-3)
         hand = speed * t  # on its way to the left
-        tips.append(hand - 1.2 * found[1] / np.linalg.norm(found))
+        tips.append(hand - 1.2 * pushed[1] / np.linalg.norm(pushed))
     assert tips == pytest.approx([speed * 1.0 + 0.8] * 10, abs=1e-3)
     share = hand_forces(FloatMath(), [pole], BodyState(t=over, f=0.0, l=0.0, velocity=(0.0, speed, 0.0)))
     assert share[0][2] == pytest.approx(80.0, rel=1e-3)

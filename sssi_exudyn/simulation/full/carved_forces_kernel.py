@@ -69,7 +69,7 @@ EITHER: Final = -1
 LEVEL: Final = 1e-5
 """m; a section whose edges are less apart in depth lies flat."""
 LASTING: Final = 8
-"""Steps, 10 ms, after which a section is not just rolling through: nobody changes edges at 2 degrees a second."""
+"""Steps, 10 ms, after which a section is not just rolling through: no skier changes edges at 2 degrees a second."""
 JOINTS: Final = 4
 """Ways in which a ski gives against its foot: yaw, roll, heave, pitch."""
 GIVING: Final = (2, 4, 5, 6)
@@ -91,7 +91,7 @@ class FlatSections(NamedTuple):
 
 
 class CarvedSkis(NamedTuple):
-    """What of both skis snow that edges cut needs besides ``Sections``.
+    """What snow that edges cut needs of both skis in addition to ``Sections``.
 
     edges : ``CuttingEdges``;  memory : ``Groove`` with a first axis for the skis;  lying : ``FlatSections``
     step : s since the memory was brought to where it arrives
@@ -132,7 +132,7 @@ class BlockRoom(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def keep_flat(flat):
-    """For the step to come keep the deeper edge of sections that lie flat and go on doing so, by the last pass."""
+    """Keep for the next step the deeper edge, by the last pass, of sections that lie flat and go on doing so."""
     for ski in range(2):
         for m in range(flat.apart.shape[1]):
             if abs(flat.apart[ski, m]) < LEVEL:
@@ -244,13 +244,13 @@ def moving_foot(sections, at, pelvis, speed, ski):
 
 
 @njit(cache=True, error_model="numpy")
-def carved_forces(parameters, q, v, ref, sections, carved, carrier, at, found):
+def carved_forces(parameters, q, v, ref, sections, carved, carrier, at, filled):
     """Generalised forces of all terms, of the skis' structural damping, of their weight and inertia and of what holds
     them at the boot.
 
     carved : ``CarvedSkis``, of which what the step would leave is written;  all else as in ``forces_kernel``
     """
-    sign, out, seen, edges = carrier.sign, found.out, found.seen, carved.edges
+    sign, out, seen, edges = carrier.sign, filled.out, filled.seen, carved.edges
     out[:] = 0.0
     seen[:] = 0.0
     per_ski = NODE * (sections.damping.shape[0] + 1)
@@ -280,7 +280,7 @@ def carved_forces(parameters, q, v, ref, sections, carved, carrier, at, found):
             q, v, ref, base, sections, carrier.gravity, frame, spin_in, spin_rate, at.foot_acceleration[ski], out
         )
         see_foot(parameters, sections, foot, four(q, ref, boot + 3), total, seen[ski])
-    push_skier(parameters, carrier, at, pelvis, speed, found)
+    push_skier(parameters, carrier, at, pelvis, speed, filled)
 
 
 @inlined
@@ -332,7 +332,7 @@ def see_foot(parameters, sections, foot, turn, total, seen):
 
 @njit(cache=True, error_model="numpy")
 def spread(line, force, torque, xi, q0, q1, frame):
-    """What of the coordinates of a section's nodes and of the pelvis a force and torque in the foot's frame move.
+    """Fill in how a force and torque in the foot's frame move the coordinates of a section's nodes and of the pelvis.
 
     line : (17,) the first node's seven, the second's, the pelvis' place; filled
     """

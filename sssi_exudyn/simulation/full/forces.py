@@ -47,7 +47,7 @@ from sssi_exudyn.simulation.ski_on_snow.structs import (
 
 
 def choose_backend(backend: Backend) -> Backend:
-    """What is used when ``backend`` is asked for: ``fastest`` becomes the fastest there is.
+    """Return the back end to use: ``fastest`` becomes the fastest there is.
 
     Raises InputError where ``compiled`` is asked for and Numba is missing or broken.
     """
@@ -160,7 +160,7 @@ class CarvedForces(Forces):
     Parameters
     ----------
     terms, sections, carrier, ref : as for ``Forces``
-    edges : what of the skis edges that cut need besides
+    edges : what edges that cut need of the skis in addition
     """
 
     def __init__(

@@ -185,9 +185,9 @@ def bend_damping(q, v, ref, base, damping, out):
 
 
 @njit(cache=True, error_model="numpy")
-def push_skier(parameters, carrier, at, pelvis, speed, found):
+def push_skier(parameters, carrier, at, pelvis, speed, filled):
     """Add what the air does to the skier's segments, and what else acts on the centre of mass."""
-    out, sign, t = found.out, carrier.sign, at.time
+    out, sign, t = filled.out, carrier.sign, at.time
     for k in range(carrier.area.shape[0]):
         velocity = plus(speed, at.exposed_velocity[k])
         facing = at.exposed_facing[k]
@@ -197,23 +197,23 @@ def push_skier(parameters, carrier, at, pelvis, speed, found):
         )  # fmt: skip
         add_to_tree(out, sign, force, at.exposed_jacobian[k])
         for c in range(3):
-            found.drag[k, c] = force[c]
-        found.drag[k, 3] = dot(force, velocity)
+            filled.drag[k, c] = force[c]
+        filled.drag[k, 3] = dot(force, velocity)
     place, velocity = plus(pelvis, at.com_place), plus(speed, at.com_velocity)
     force = body_force(parameters, t, place[0], place[1], velocity[0], velocity[1], velocity[2])
     add_to_tree(out, sign, force, at.com_jacobian)
     for c in range(3):
-        found.body[c] = force[c]
+        filled.body[c] = force[c]
 
 
 @njit(cache=True, error_model="numpy")
-def forces(parameters, q, v, ref, sections, carrier, at, found):
+def forces(parameters, q, v, ref, sections, carrier, at, filled):
     """Generalised forces of all terms, of the skis' structural damping and of their weight and inertia.
 
     q, v, ref : (s + 2·7·(n + 1),);  sections : ``Sections``;  carrier : ``Carrier``;  at : ``Instant``
-    found : ``ForcePass``, which is filled
+    filled : ``ForcePass``, which is filled
     """
-    out, seen, damping = found.out, found.seen, sections.damping
+    out, seen, damping = filled.out, filled.seen, sections.damping
     out[:] = 0.0
     seen[:] = 0.0
     pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
@@ -228,7 +228,7 @@ def forces(parameters, q, v, ref, sections, carrier, at, found):
             q, v, ref, base, sections, carrier.gravity, frame, spin_in, spin_rate, at.foot_acceleration[ski], out
         )
         add_to_tree(out, carrier.sign, rub(parameters, sections, foot, at.time, ski, seen[ski]), at.foot_jacobian[ski])
-    push_skier(parameters, carrier, at, pelvis, speed, found)
+    push_skier(parameters, carrier, at, pelvis, speed, filled)
 
 
 @inlined

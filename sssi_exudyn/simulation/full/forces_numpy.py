@@ -71,8 +71,8 @@ class ArrayLaws:
         return np.asarray(places.point_force(self._math, self._terms, places.PointState(depth, rate, length)))
 
     def foot(self, *state: Array) -> tuple[Array, Array]:
-        found = _columns(places.foot_force(self._math, self._terms, places.FootState(*state)), (2, 2))
-        return found[:, 0], found[:, 1]
+        friction = _columns(places.foot_force(self._math, self._terms, places.FootState(*state)), (2, 2))
+        return friction[:, 0], friction[:, 1]
 
     def segments(self, t: float, f: float, l: float, velocity: Array, area: Array, facing: Array) -> Array:  # noqa: E741
         wind_f, wind_l, wind_n = places.air_velocity(self._math, self._terms, places.PlaceState(t, f, l))
@@ -85,8 +85,8 @@ class ArrayLaws:
         return np.array([float(part) for part in places.body_force(self._math, self._terms, state)])
 
     def terrain(self, f: Array, l: Array) -> tuple[Array, Array, Array]:  # noqa: E741
-        found = _columns(places.terrain_height(self._math, self._terms, f, l), (*f.shape, 3))
-        return found[..., 0], found[..., 1], found[..., 2]
+        height_and_slopes = _columns(places.terrain_height(self._math, self._terms, f, l), (*f.shape, 3))
+        return height_and_slopes[..., 0], height_and_slopes[..., 1], height_and_slopes[..., 2]
 
 
 def six_of(facing: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
@@ -127,7 +127,7 @@ class ArrayKernel:
     def foot_axes(
         self, _parameters: LawParameters, surface: SnowGrid, place: Array, rotation: Array
     ) -> tuple[Array, Array, float]:
-        """As ``kernel.foot_axes``."""
+        """Return what ``kernel.foot_axes`` does."""
         under = np.array(patch_under(surface, place[0], place[1]))
         _, normal = self._ground(under, np.asarray(place[0]), np.asarray(place[1]))
         along, across, edge = ski_axes(_MATH, normal, rotation)
@@ -135,10 +135,10 @@ class ArrayKernel:
 
     def forces(
         self, _parameters: LawParameters, q: Array, v: Array, ref: Array, sections: Sections, carrier: Carrier,
-        at: Instant, found: ForcePass,
+        at: Instant, filled: ForcePass,
     ) -> None:  # fmt: skip
-        """As ``kernel.forces``."""
-        out, seen, drag, body = found
+        """Fill what ``kernel.forces`` does."""
+        out, seen, drag, body = filled
         sign = carrier.sign
         out[:] = 0.0
         seen[:] = 0.0

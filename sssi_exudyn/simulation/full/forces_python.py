@@ -30,7 +30,7 @@ def interpreted_kernel(terms: Sequence[Term], template: ModuleType) -> Any:
     module.
     """
     module = compile_kernel(point, ground_kernel, template)
-    kernels = {each.__name__ for each in (maths, vectors, surface, module)}
+    kernels = {used.__name__ for used in (maths, vectors, surface, module)}
     names: dict[str, Any] = vars(vectors) | vars(surface) | vars(module)
     for name, value in list(names.items()):
         plain = getattr(value, "py_func", value)  # without Numba functions are plain already

@@ -170,14 +170,14 @@ class RecordedLaw:
         before = _symbols.GetRecording()
         _symbols.SetRecording(True)
         try:
-            found = [
+            symbols = [
                 _in_symbols(tape, outputs, {name: self._inputs[row, k] for k, name in enumerate(names)})
                 for row in range(rows)
             ]
-            self._outputs = _symbols.Vector([x for row in found for x in row])
+            self._outputs = _symbols.Vector([x for row in symbols for x in row])
         finally:
             _symbols.SetRecording(before)
-        self._size = len(found[0])
+        self._size = len(symbols[0])
 
     def __call__(self, *columns: Array | float) -> Array:
         """(k, outputs) for arguments of which the last is an array (k,) or all are numbers."""
@@ -190,6 +190,6 @@ class RecordedLaw:
         for start in range(0, count, rows):
             self._inputs.SetMatrix(given[start : start + rows])
             stop = min(start + rows, count)
-            found = self._outputs.Evaluate().reshape(rows, self._size)
-            outputs[start:stop] = found[: stop - start]
+            block = self._outputs.Evaluate().reshape(rows, self._size)
+            outputs[start:stop] = block[: stop - start]
         return outputs

@@ -1,4 +1,4 @@
-"""The skier's heading in a run of the full model: found step by step beside it, as the reduced model does."""
+"""The skier's heading in a run of the full model: solved for at every step, as the reduced model does."""
 
 from __future__ import annotations
 

@@ -76,17 +76,17 @@ class Record:
     def keep_forces(self, at: Instant) -> None:
         """Keep what the skis and the air do at the state that was taken last; it may depend on those before."""
         self._forces.evaluate(self.q[-1], self.v[-1], at)
-        for kept, found in (
+        for kept, now in (
             (self.feet, self._forces.seen),
             (self.drag, self._forces.drag),
             (self.body, self._forces.body),
         ):
-            kept.append(found.copy())
+            kept.append(now.copy())
         ski = self._skis
         self.on_skis.append(wrench_on_nodes(self._forces.out[ski], (self.q[-1] + self._forces.ref)[ski]))
 
     def turn(self, up: Array) -> Turn:
-        """By how much the posture was turned about gravity at every state; ``up`` (3,) is against gravity."""
+        """Return by how much the posture was turned about gravity at every state; ``up`` (3,) is against gravity."""
         if not self.headings:
             return Turn(up, *np.zeros((3, len(self.time))))
         return Turn.of(up, np.array(self.headings))

@@ -97,7 +97,7 @@ def integrate(
     backend: Backend = "fastest",
     progress: Progress | None = None,
 ) -> tuple[FullRun, str]:
-    """As ``simulate``, but gives the states that were recorded, and "" or what stopped the solver.
+    """Simulate as ``simulate`` does, but return the recorded states, and "" or what stopped the solver.
 
     Where edges cut the snow, steps are ``CARVED_STEP`` at most.  Raises InputError for another back end than the
     fastest there, and elsewhere for a heading that is to be found.
@@ -131,7 +131,7 @@ def _divergence(run: FullRun, problem: str, result: SimulationResult) -> Simulat
 
 
 def _last_state(parts: Parts, result: SimulationResult) -> str:
-    """What stands out at the end of a run that stopped, in words."""
+    """Say what stands out at the end of a run that stopped."""
     weight = parts.mass * GRAVITY
     angle, rate = _fastest(parts, float(result.time[-1]))
     return (

@@ -182,7 +182,7 @@ def _snow_wrench(
 def _ski_bending(
     parts: Parts, posture: PostureTable, pull: Array, snow: SnowWrench, on_foot: tuple[Array, Array], friction: Array
 ) -> Wrench:
-    """Return what would have to act on rigid skis besides the snow, so that the feet get ``on_foot`` and ``friction``.
+    """Return what must act on rigid skis in addition to the snow, so that the feet get ``on_foot`` and ``friction``.
 
     on_foot : (n, 2, 3) N and N m of the skis on the feet, about the feet's places
     pull : (n, 3) m/s² of the pelvis
@@ -241,12 +241,13 @@ def _inverse_dynamics(parts: Parts, posture: PostureTable, rows: NDArray[np.intp
 
 
 def _of_points(posture: PostureTable, rows: NDArray[np.intp], friction: Array, drag: Array, body: Array) -> Array:
-    """(n, 28) N m: what forces on feet (n, 2, 3), exposed segments (n, k, 3) and centre of mass (n, 3) do to the
-    prescribed coordinates.
+    """Return (n, 28) N m that forces do to the prescribed coordinates.
+
+    friction, drag, body : (n, 2, 3) on the feet, (n, k, 3) on the exposed segments, (n, 3) on the centre of mass
     """
-    found = np.einsum("nsck,nsc->nk", posture.foot_jacobian[rows], friction)
-    found += np.einsum("nsck,nsc->nk", posture.exposed_jacobian[rows], drag)
-    return np.asarray(found + np.einsum("nck,nc->nk", posture.com_jacobian[rows], body))
+    moments = np.einsum("nsck,nsc->nk", posture.foot_jacobian[rows], friction)
+    moments += np.einsum("nsck,nsc->nk", posture.exposed_jacobian[rows], drag)
+    return np.asarray(moments + np.einsum("nck,nc->nk", posture.com_jacobian[rows], body))
 
 
 def _from_skis(
@@ -255,7 +256,7 @@ def _from_skis(
     """(n, 2, 3) N and N m in the slope frame: what the skis do to the feet, about the feet's places.
 
     clamps (n, 2, 6): force on the clamped node (foot's frame) and on three of its quaternion's components.
-    turned (n, 2, 3): N m on that node besides, in the foot's frame.
+    turned (n, 2, 3): a further moment on that node, N m in the foot's frame.
     """
     middle = nodes[:, :, parts.mesh.clamped]
     frame = posture.foot_rotation[rows]
@@ -268,8 +269,8 @@ def _from_skis(
 
 def _of_wrenches(posture: PostureTable, rows: NDArray[np.intp], force: Array, torque: Array) -> Array:
     """(n, 28) N m: what forces on the feet's places and torques, (n, 2, 3), do to the prescribed coordinates."""
-    found = np.einsum("nsck,nsc->nk", posture.foot_jacobian[rows], force)
-    return np.asarray(found + np.einsum("nsck,nsc->nk", posture.foot_turning[rows], torque))
+    moments = np.einsum("nsck,nsc->nk", posture.foot_jacobian[rows], force)
+    return np.asarray(moments + np.einsum("nsck,nsc->nk", posture.foot_turning[rows], torque))
 
 
 def _edging(
@@ -283,7 +284,7 @@ def _edging(
     turn, spin, rate = posture.foot_rotation[rows], posture.foot_spin[rows], posture.foot_spin_rate[rows]
     gear = parts.model.equipment
     sole = np.array([gear.boot_centre, 0.0, -parts.motion.geometry.ankle_to_ski_base])
-    found = np.empty(force.shape[:2])
+    edging = np.empty(force.shape[:2])
     for side, letter in enumerate("lr"):
         body = parts.foot(letter)
         frame = turn[:, side]
@@ -296,8 +297,8 @@ def _edging(
         felt = body.mass * (moving - gravity_in_slope(parts.model.inclination))
         own = np.cross(frame @ body.com, felt) + turning
         outer = np.cross(down, force[:, side]) + torque[:, side]
-        found[:, side] = np.sum((own - outer) * frame[..., 0], axis=1)
-    return found
+        edging[:, side] = np.sum((own - outer) * frame[..., 0], axis=1)
+    return edging
 
 
 def _ski_spinning(parts: Parts, nodes: Array, rates: Array, carried: Array) -> Array:
@@ -344,5 +345,5 @@ def _ski_elastic(cut: BeamMesh, nodes: Array) -> Array:
         strain = (_strains(stretch) - unloaded) / cut.element_length[:, None]
         return np.asarray(0.5 * np.einsum("nsec,ec,e->n", strain**2, cut.stiffness, cut.element_length))
 
-    # a stretch at a time: strains on the way are several times larger than the states
+    # a stretch at a time: intermediate strains are several times larger than the states
     return np.concatenate([of_stretch(part) for part in np.array_split(nodes, max(1, len(nodes) // 200))])

@@ -25,7 +25,7 @@ from sssi_exudyn.simulation.ski_on_snow.structs import Carrier, Instant
 
 
 def instant(posture: PostureTable, row: int, *, standing: bool = False) -> Instant:
-    """One row of a posture table as the force kernel wants it; ``standing``: the same posture at rest."""
+    """Return one row of a posture table as the force kernel takes it; ``standing``: the same posture at rest."""
     moves = 0.0 if standing else 1.0
     return Instant(
         time=float(posture.time[row]),

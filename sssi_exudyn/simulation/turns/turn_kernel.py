@@ -42,11 +42,11 @@ TURN_ITERATIONS = 30
 TURN_SMALL = 1e-5
 """m/s, rad/s, m, rad and the modes' own unit: the change of what is sought at which a step is found."""
 MASS, INERTIA = 10.0, 1.0
-"""kg and kg m²; of sideslip and yaw, on the way to the steady turn."""
+"""kg and kg m²; of sideslip and yaw, until the turn is steady."""
 SLIPPING, YAWING = 500.0, 400.0
 """N s/m and N m s: dampers against the running means."""
 SINKING, PITCHING = 1500.0, 100.0
-"""N s/m and N m s: dampers on the way to the steady turn."""
+"""N s/m and N m s: dampers until the turn is steady."""
 
 
 class Turn(NamedTuple):

@@ -98,7 +98,7 @@ class RigPoint:
         return None if self.turn is None else self.turn.side_reserve
 
     def reserve_bar(self) -> tuple[float, float]:
-        """How much less and more the side reserve may be, within one standard deviation."""
+        """Return how much less and more the side reserve may be, within one standard deviation."""
         assert self.turn is not None
         changes = [
             [self.turn.side_reserve - (0.0 if value is None else value) for value in pair] for pair in self.reserves
@@ -169,9 +169,7 @@ def ski_named(name: str, folder: Path, file: str | Path, place: str) -> Ski:
 def rig_points(
     skis: Sequence[Ski], edges: Sequence[float], case: TurnCase, advance: Callable[[float, str], None]
 ) -> list[RigPoint]:
-    """Every ski at every edge angle (rad, rising); ``case`` has the rest, ``advance`` gets the share done and
-    what comes next.
-    """
+    """Return a point for every ski at every edge angle (rad, rising), with the rest of the turn as in ``case``."""
     points: list[RigPoint] = []
     for ski in skis:
         rolling = start_rolling(edges_of(ski))

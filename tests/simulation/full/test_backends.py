@@ -49,7 +49,7 @@ def parts() -> Parts:
 
 
 def hold_to_reference(parts: Parts, terms: Sequence[Term], backend: Backend, above: float) -> None:
-    reference, other = (forces_of(parts, terms, each) for each in ("python", backend))
+    reference, other = (forces_of(parts, terms, kind) for kind in ("python", backend))
     for seed in range(3):
         q, v, at = random_state(parts, seed)
         q[2] += above

@@ -119,9 +119,9 @@ def test_jacobian_against_differences(parts: Parts, seed: int) -> None:
     q, v, at = random_state(parts, seed)
     size = len(q)
     forces.evaluate(q, v, at)
-    found = np.zeros((size, size))
+    jacobian = np.zeros((size, size))
     entries = forces.triplets(q, v, at, 0.0, 1.0)
-    np.add.at(found, (entries[:, 0].astype(int), entries[:, 1].astype(int)), entries[:, 2])
+    np.add.at(jacobian, (entries[:, 0].astype(int), entries[:, 1].astype(int)), entries[:, 2])
     generator = np.random.default_rng(seed)
     for _ in range(5):
         shift = generator.normal(size=size)
@@ -129,7 +129,7 @@ def test_jacobian_against_differences(parts: Parts, seed: int) -> None:
         ends = [forces.evaluate(q, v + sign * step * shift, at).copy() for sign in (1.0, -1.0)]
         exact = -(ends[0] - ends[1]) / (2.0 * step)
         # rows of the skis: all of the derivative by rate is there but the gyroscopic part, small beside the dampers
-        error = np.abs((found @ shift - exact)[TREE:])
+        error = np.abs((jacobian @ shift - exact)[TREE:])
         assert error.max() < 0.01 * np.abs(exact[TREE:]).max()
 
 
@@ -167,7 +167,7 @@ def test_rebound_of_a_dropped_mass() -> None:
 
     leaves.terminal = True  # type: ignore[attr-defined]
     leaves.direction = -1.0  # type: ignore[attr-defined]
-    found = solve_ivp(
+    solution = solve_ivp(
         lambda _, s: [s[1], -law(s[0], s[1]) / mass], (0.0, 1.0), [1e-12, begin], events=leaves, rtol=1e-10, atol=1e-14
     )
     depth, rate, step = 0.0, begin, 1e-6
@@ -179,5 +179,5 @@ def test_rebound_of_a_dropped_mass() -> None:
         if depth < 0.0:
             break
     # 1e-4: the midpoint rule's step of a microsecond
-    assert rate == pytest.approx(float(found.y[1, -1]), rel=1e-4)
+    assert rate == pytest.approx(float(solution.y[1, -1]), rel=1e-4)
     assert -begin < rate < 0.0  # it leaves slower than it came

@@ -62,10 +62,10 @@ def test_energies(both: tuple[SimulationResult, SimulationResult]) -> None:
 def test_the_same_series(both: tuple[SimulationResult, SimulationResult]) -> None:
     tree, carried = both
     for field in fields(SimulationResult):
-        expected, found = getattr(tree, field.name), getattr(carried, field.name)
+        expected, without = getattr(tree, field.name), getattr(carried, field.name)
         if isinstance(expected, np.ndarray):
-            assert found.shape == expected.shape
-            assert np.all(np.isfinite(found))
+            assert without.shape == expected.shape
+            assert np.all(np.isfinite(without))
 
 
 @pytest.mark.long

@@ -57,14 +57,14 @@ def test_cuffs_hold_skis_in_pitch_and_roll() -> None:
 def test_a_ski_at_rest_sinks_and_pitches_by_what_loads_it(joint: BootJoint) -> None:
     tried = model(SNOW, speed=0.0)
     prepared = prepare(tried, standing(0.1))
-    found = simulate_carved(tried, prepared, joint)
+    resting = simulate_carved(tried, prepared, joint)
     weight = SKI * GRAVITY * np.cos(INCLINATION)
     arm = prepared.ski_com[0] - prepared.held[0]
-    up = found.run.snow_force[0, :, 2] - weight
-    down = found.run.snow_moment[0, :, 1] + weight * arm
+    up = resting.run.snow_force[0, :, 2] - weight
+    down = resting.run.snow_moment[0, :, 1] + weight * arm
     # at rest nothing but springs holds the ski; vibrations beyond the twentieth have 2e-3 of the static shape
-    np.testing.assert_allclose(joint.heave_stiffness * found.heave[0], up, rtol=5e-3)
-    np.testing.assert_allclose(joint.pitch_stiffness * found.pitch[0], down, rtol=5e-3, atol=0.01 * up.max() * 0.1)
+    np.testing.assert_allclose(joint.heave_stiffness * resting.heave[0], up, rtol=5e-3)
+    np.testing.assert_allclose(joint.pitch_stiffness * resting.pitch[0], down, rtol=5e-3, atol=0.01 * up.max() * 0.1)
 
 
 @pytest.mark.long
@@ -122,7 +122,7 @@ def test_springs_and_dampers_hold_the_node_at_the_boot() -> None:
         CarvedForces(parts.model.terms, parts.sections, edges, carrier, np.zeros(len(q)))
         for edges in (parts.edges, loose)
     ]
-    found, without = (each.evaluate(q, v, still).copy() for each in passes)
+    held, without = (forces.evaluate(q, v, still).copy() for forces in passes)
     expected = np.zeros(len(q))
     for boot, seen in zip(boots, passes[0].seen, strict=True):
         place = np.concatenate([q[boot + 2 : boot + 3], q[boot + 3 : boot + 7]])
@@ -135,7 +135,7 @@ def test_springs_and_dampers_hold_the_node_at_the_boot() -> None:
         giving = by_place @ v[boot + 2 : boot + 7]
         expected[boot + 2 : boot + 7] = -(parts.edges.stiffness * given + parts.edges.damping * giving) @ by_place
     # differences over 1e-6 are good to 1e-9 of 1e4 N and N m
-    np.testing.assert_allclose(found - without, expected, atol=1e-5)
+    np.testing.assert_allclose(held - without, expected, atol=1e-5)
     # of what turns the springs' own directions nothing is in the derivatives, and no angle here exceeds 0.06 rad
     shift = np.zeros(len(q))
     for boot in boots:
@@ -145,13 +145,13 @@ def test_springs_and_dampers_hold_the_node_at_the_boot() -> None:
         change = np.zeros((2, len(q)))
         for side, sign in enumerate((1.0, -1.0)):
             ends = [
-                each.evaluate(q + sign * 1e-6 * by_place * shift, v + sign * 1e-6 * by_rate * shift, still).copy()
-                for each in passes
+                forces.evaluate(q + sign * 1e-6 * by_place * shift, v + sign * 1e-6 * by_rate * shift, still).copy()
+                for forces in passes
             ]
             change[side] = ends[0] - ends[1]
         exact = -(change[0] - change[1]) / 2e-6
         full = np.zeros((2, len(q), len(q)))
-        for matrix, each in zip(full, passes, strict=True):
-            entries = each.triplets(q, v, still, by_place, by_rate)
+        for matrix, forces in zip(full, passes, strict=True):
+            entries = forces.triplets(q, v, still, by_place, by_rate)
             np.add.at(matrix, (entries[:, 0].astype(int), entries[:, 1].astype(int)), entries[:, 2])
         np.testing.assert_allclose((full[0] - full[1]) @ shift, exact, atol=0.1 * np.abs(exact).max())

@@ -62,5 +62,5 @@ def test_what_moves_along_has_the_derivatives_of_its_differences() -> None:
     KERNEL.advect_tangents(ski, memory, step, held, arrived)
     assert np.count_nonzero(arrived) > 2 * points * many
     for k in range(many):
-        found = (brought(k, 1e-6) - brought(k, -1e-6)) / 2e-6
-        np.testing.assert_allclose(arrived[:, k], found, atol=1e-7 * np.abs(found).max())
+        slope = (brought(k, 1e-6) - brought(k, -1e-6)) / 2e-6
+        np.testing.assert_allclose(arrived[:, k], slope, atol=1e-7 * np.abs(slope).max())

@@ -40,9 +40,9 @@ def slalom(edge_deg: float) -> tuple[SteadyTurn, Rolling]:
 
 
 def radius(ski: Ski, edge_deg: float = 45.0, **others: float) -> float:
-    found = turn_of(ski, edge_deg, **others)[0].radius
-    assert found is not None
-    return found
+    metres = turn_of(ski, edge_deg, **others)[0].radius
+    assert metres is not None
+    return metres
 
 
 @pytest.mark.parametrize("edge_deg", [10.0, 30.0, 50.0, 70.0])
@@ -186,14 +186,14 @@ def test_derivatives_of_the_edges_forces_are_those_of_differences() -> None:
 
     # every coordinate moves, and its rate by as much
     on.work.by_place[:] = on.work.by_rate[:] = 1.0
-    found, matrix = force(np.zeros(size)), on.work.matrix.copy()
+    at_rest, matrix = force(np.zeros(size)), on.work.matrix.copy()
     for column in (1, 2, 5, 6, 7, 9, 12):  # the last one is a torsion, which edges the sections
         moved = np.zeros(size)
         moved[column] = 1e-7
         expected = -(force(moved) - force(-moved)) / 2e-7
         if column == 5:  # the forces turn with the ski, which is left out
-            expected[:3] += np.cross([0.0, 0.0, 1.0], found[:3])
-            expected[3:6] += np.cross([0.0, 0.0, 1.0], found[3:6])
+            expected[:3] += np.cross([0.0, 0.0, 1.0], at_rest[:3])
+            expected[3:6] += np.cross([0.0, 0.0, 1.0], at_rest[3:6])
         # left out, too, is that of the tangent's rise, by which compaction brakes: 2.7 % in mode 7, the most
         np.testing.assert_allclose(matrix[:, column], expected, rtol=0.0, atol=0.03 * np.abs(expected).max())
 

@@ -16,9 +16,9 @@ SKIS = [read_ski(name, ".") for name in ("slalom_165", "rossignol_9gs_174")]
 @pytest.fixture(scope="module")
 def points() -> list[RigPoint]:
     shares: list[float] = []
-    found = rig_points(SKIS, [np.radians(45.0).item()], TurnCase(), lambda share, _: shares.append(share))
+    rigged = rig_points(SKIS, [np.radians(45.0).item()], TurnCase(), lambda share, _: shares.append(share))
     assert shares == [0.0, 0.5]
-    return found
+    return rigged
 
 
 def test_the_bar_holds_the_radius_and_every_change(points: list[RigPoint]) -> None:
@@ -26,7 +26,7 @@ def test_the_bar_holds_the_radius_and_every_change(points: list[RigPoint]) -> No
         assert point.radius_low < point.radius < point.radius_high
         assert len(point.curvatures) == len(UNCERTAIN)
         for pair in point.curvatures:
-            assert all(1.0 / point.radius_high <= each <= 1.0 / point.radius_low for each in pair)
+            assert all(1.0 / point.radius_high <= curvature <= 1.0 / point.radius_low for curvature in pair)
         low, high = point.reserve_bar()
         assert 0.0 < low < 1.0
         assert 0.0 < high < 1.0
@@ -34,14 +34,14 @@ def test_the_bar_holds_the_radius_and_every_change(points: list[RigPoint]) -> No
 
 def test_a_difference_is_known_better_than_the_radii(points: list[RigPoint]) -> None:
     slalom, giant = points
-    found = difference(giant, slalom)
-    assert found is not None
-    assert found.share == pytest.approx(giant.radius / slalom.radius - 1.0, rel=1e-12)
+    apart = difference(giant, slalom)
+    assert apart is not None
+    assert apart.share == pytest.approx(giant.radius / slalom.radius - 1.0, rel=1e-12)
     bars = [(point.radius_high - point.radius_low) / point.radius for point in points]
-    assert found.error < np.linalg.norm(bars)
+    assert apart.error < np.linalg.norm(bars)
     back = difference(slalom, giant)
     assert back is not None
-    assert (1.0 + back.share) * (1.0 + found.share) == pytest.approx(1.0, rel=1e-12)
+    assert (1.0 + back.share) * (1.0 + apart.share) == pytest.approx(1.0, rel=1e-12)
     assert difference(slalom, slalom).error == 0.0
 
 
