@@ -21,8 +21,8 @@ angle, `null` where the ski slips out of the turn. A ski is one of the catalogue
 
 Each section of the ski presses with its wetted area times the snow's hardness; its deeper edge is held by the wall of the
 groove, whose strength is in proportion to depth, and slips where that is not enough; friction is on the resultant of both.
-The tangent of every edge point is its own: sidecut, bend and twist turn it, and so steer the ski. There is no yaw moment
-besides. The snow remembers two numbers for each edge point, which move towards the tail as the ski moves on: how deep the
+The tangent of every edge point is its own: sidecut, bend and twist turn it, and so steer the ski. There is no other
+yaw moment. The snow remembers two numbers for each edge point, which move towards the tail as the ski moves on: how deep the
 groove is that arrives from ahead, and how far the edge is from its wall. A point that rises from the groove's floor by
 more than the snow springs back presses no more. Sideslip leaves the groove behind.
 

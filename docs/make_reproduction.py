@@ -66,7 +66,7 @@ WHY: dict[str, str] = {
     "a": "The recordings were made with the paper's friction, so the difference is the program's error: {z}. The standard "
     "error counts all that the estimate takes as uncertain (`uncertainty.md`).",
     "b": "The paper's snow, slope and GPS are real, the bundled ones are a plane of even snow and a GPS with 2 cm of noise; "
-    "besides, start, heading, snow surface and the errors of capture and instruments are estimated along here. The paper's two "
+    "start, heading, snow surface and the errors of capture and instruments are estimated here, too. The paper's two "
     "parameters alone take the start from the first fixes, and friction makes up for its error; with start and heading "
     "fitted too, on the captured posture, it does not.",
     "c": "The slope is given with the recording, not found.",
