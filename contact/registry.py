@@ -59,7 +59,7 @@ PAPER_TERMS: Final[tuple[Term, ...]] = (HuntCrossley(), AnisotropicFriction(), A
 """The terms of the published model, with their default parameters."""
 
 
-_ADDED: Final[dict[str, type[Term]]] = {}
+ADDED_TERMS: Final[dict[str, type[Term]]] = {}
 """Terms of plug-ins, by their names."""
 
 
@@ -68,15 +68,15 @@ def add_term(cls: type[Term]) -> None:
 
     Raises ValueError where the name is another term's.
     """
-    registered = _ADDED.get(cls.name) or next((term for term in TERMS if term.name == cls.name), None)
+    registered = ADDED_TERMS.get(cls.name) or next((term for term in TERMS if term.name == cls.name), None)
     if registered is not None and not same_part(registered, cls):
         raise ValueError(f"there is a force term named {cls.name!r} already")
-    _ADDED[cls.name] = cls
+    ADDED_TERMS[cls.name] = cls
 
 
 def known_terms() -> tuple[type[Term], ...]:
     """Return the terms of the list above, and those of plug-ins."""
-    return (*TERMS, *_ADDED.values())
+    return (*TERMS, *ADDED_TERMS.values())
 
 
 def term_named(name: str) -> type[Term]:

@@ -53,7 +53,7 @@ def make_diagnosis(
     With ``reduced`` the full model confirms nothing, and the result says so.  Without ``out`` nothing is written, and
     an interrupted diagnosis is lost.
     """
-    made = _search(source, out, reduced, progress)[0]
+    made = search_into(source, out, reduced, progress)[0]
     cache = cache_in(out)
     if cache is not None:
         cache.remove()
@@ -71,7 +71,8 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, p
     names = _names(folders, out)
     with folder_lock(out):
         searched = {
-            name: _search(folder, out / name, reduced, progress) for folder, name in zip(folders, names, strict=True)
+            name: search_into(folder, out / name, reduced, progress)
+            for folder, name in zip(folders, names, strict=True)
         }
         with progress.stage("compare together") as stage:
             runs_alone = [search.separate_fit() for _, search in searched.values()]
@@ -116,7 +117,9 @@ def _names(folders: Sequence[Path], out: Path) -> list[str]:
     return names
 
 
-def _search(source: Path | Recording, out: Path | None, reduced: bool, progress: Progress) -> tuple[Made, SearchResult]:
+def search_into(
+    source: Path | Recording, out: Path | None, reduced: bool, progress: Progress
+) -> tuple[Made, SearchResult]:
     """Diagnose into ``out``, where the cache stays; return the run of the extended model, and the answer."""
     with lock_of(out):
         recording, motion = read_folder(source, progress)

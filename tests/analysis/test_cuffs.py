@@ -44,7 +44,7 @@ def test_a_static_cuff_in_series_and_figures() -> None:
     assert left.edging_rms_Nm is None
 
 
-def test_a_cuff_nobody_stated_bears_what_an_ankle_bears_all_the_time() -> None:
+def test_a_cuff_that_is_not_stated_bears_what_an_ankle_bears_all_the_time() -> None:
     model = replace(gliding.model(), inclination=0.0)
     stood = standing.standing(model)
     _, figures = add_cuffs(stood.to_frame(slope_to_enu(0.0, 0.0)), stood, model)

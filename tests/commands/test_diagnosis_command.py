@@ -74,7 +74,7 @@ def test_a_day_says_what_other_runs_of_a_place_settled(tmp_path: Path, monkeypat
         model = model_of(*bundled("beginner"))
         return made, SimpleNamespace(separate_fit=lambda: None, end=f"end of {folder.name}", model=model)
 
-    monkeypatch.setattr(command, "_search", search)
+    monkeypatch.setattr(command, "search_into", search)
     monkeypatch.setattr(command, "compare_for_day", lambda *_: [DayExplanation("nothing", 1.0, 0.0, friction)])
     monkeypatch.setattr(command, "find_law", lambda *_: (None, ()))
     monkeypatch.setattr(command, "ask_other_runs", ask)
@@ -99,7 +99,7 @@ def test_a_day_keeps_the_law_that_it_offers(monkeypatch: pytest.MonkeyPatch, tmp
         out.mkdir(exist_ok=True)
         return SimpleNamespace(run=run), SimpleNamespace(separate_fit=lambda: None, end=None, model=plain)
 
-    monkeypatch.setattr(command, "_search", search)
+    monkeypatch.setattr(command, "search_into", search)
     monkeypatch.setattr(command, "compare_for_day", lambda *_: [DayExplanation("nothing", 1.0, 0.0, law.numbers)])
     monkeypatch.setattr(command, "ask_other_runs", lambda *_: ())
     monkeypatch.setattr(command, "model_with_law", lambda _fit: with_law)

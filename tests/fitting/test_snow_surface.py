@@ -96,7 +96,7 @@ def test_the_fixes_heights_show_the_snow(on_a_roll: Path) -> None:
     assert np.std(true) > 0.2
 
 
-def test_a_barometers_heights_count_beside_coarse_fixes(on_a_roll: Path) -> None:
+def test_a_barometers_heights_count_with_coarse_fixes(on_a_roll: Path) -> None:
     recording, motion, model = parts(on_a_roll)
     assert recording.gps is not None
     coarse = replace(recording.gps, sigma=np.full(len(recording.gps.time), 5.0))

@@ -15,6 +15,7 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.validation.benchmark import run
 from sssi_exudyn.validation.benchmark.cases import Case, Made
+from sssi_exudyn.validation.benchmark.run import SealedCases
 from sssi_exudyn.validation.benchmark.scores import CaseResult
 
 PACKAGE = Path(sssi_exudyn.__file__).parent
@@ -57,8 +58,8 @@ def test_nothing_in_the_package_unpickles_or_executes_what_it_reads() -> None:
 
 
 @pytest.fixture
-def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Set a worker's state; return the numbers of the cases that were made."""
+def made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return the numbers of the cases that were made; each is made and diagnosed at once."""
     numbers: list[int] = []
 
     def make(index: int, planned: tuple[str, str, int], _bases: object, _seed: int) -> Made:
@@ -68,17 +69,21 @@ def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
     monkeypatch.setattr(run, "make", make)
     monkeypatch.setattr(run, "diagnose_case", lambda made, full: CaseResult(made.case.index, full=full))
-    monkeypatch.setattr(run, "_given", [[], 1, 0, tmp_path])
     return numbers
 
 
-def test_a_made_case_is_kept_as_its_answer_and_made_again(tmp_path: Path, made: list[int]) -> None:
-    assert run._make_case(0, PLANNED) == CASE
-    assert run._make_case(0, PLANNED) == CASE
+@pytest.fixture
+def sealed(tmp_path: Path) -> SealedCases:
+    return SealedCases([], 1, 0, tmp_path)
+
+
+def test_a_made_case_is_kept_as_its_answer_and_made_again(tmp_path: Path, made: list[int], sealed: SealedCases) -> None:
+    assert sealed.make(0, PLANNED) == CASE
+    assert sealed.make(0, PLANNED) == CASE
     assert made == [0]  # the second time its answer was there
     assert [path.name for path in (tmp_path / "made").iterdir()] == ["000.json"]
-    run._diagnose_sealed(CASE, PLANNED)
-    run._diagnose_sealed(CASE, PLANNED)
+    sealed.diagnose(CASE, PLANNED)
+    sealed.diagnose(CASE, PLANNED)
     assert made == [0, 0]
     assert read_json(tmp_path / "case_000.json", CaseResult) == CaseResult(0)
 
@@ -90,7 +95,9 @@ class Shell:
         return os.mkdir, ("pwned",)
 
 
-def test_a_pickle_in_the_folder_is_not_read(tmp_path: Path, made: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_pickle_in_the_folder_is_not_read(
+    tmp_path: Path, made: list[int], sealed: SealedCases, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     import pickle
 
@@ -98,24 +105,26 @@ def test_a_pickle_in_the_folder_is_not_read(tmp_path: Path, made: list[int], mon
     for name in ("000.pickle", "000.json"):
         (tmp_path / "made" / name).write_bytes(pickle.dumps(Shell()))
     with pytest.raises(InputError, match="not JSON"):
-        run._make_case(0, PLANNED)
+        sealed.make(0, PLANNED)
     assert not (tmp_path / "pwned").exists()
     assert made == []
 
 
+@pytest.mark.usefixtures("made")
 @pytest.mark.parametrize("key", ["index", "name", "strength"])
-def test_the_answer_of_another_plan_is_refused(tmp_path: Path, made: list[int], key: str) -> None:
-    run._make_case(0, PLANNED)
+def test_the_answer_of_another_plan_is_refused(tmp_path: Path, sealed: SealedCases, key: str) -> None:
+    sealed.make(0, PLANNED)
     path = tmp_path / "made" / "000.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {key: "none" if key == "name" else 7}))
     with pytest.raises(InputError, match="the answer of another benchmark"):
-        run._make_case(0, PLANNED)
+        sealed.make(0, PLANNED)
 
 
-def test_a_truth_that_its_seed_does_not_make_is_refused(made: list[int]) -> None:
+@pytest.mark.usefixtures("made")
+def test_a_truth_that_its_seed_does_not_make_is_refused(sealed: SealedCases) -> None:
     other = Case(**{**CASE.__dict__, "truth": {"w_f": 9.0}})
     with pytest.raises(InputError, match="its seed makes another case"):
-        run._diagnose_sealed(other, PLANNED)
+        sealed.diagnose(other, PLANNED)
 
 
 NAMES = ("../stray", "/stray", "..", ".", "", "a/../..", "a\0b", "a\x1b[31m", "x" * 5000, ".hidden", "link", "a/b")

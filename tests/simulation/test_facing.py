@@ -86,7 +86,7 @@ def test_an_ellipsoid_shows_the_area_of_its_shadow() -> None:
     assert np.sqrt(towards @ matrix @ towards) == pytest.approx(counted, rel=2e-3)  # 600 cells across
 
 
-def test_who_stands_behind_is_shielded_and_who_stands_beside_is_not() -> None:
+def test_a_segment_behind_another_is_shielded_and_one_next_to_it_is_not() -> None:
     assert np.allclose(shares(np.array([-0.5, 0.0, 0.0])), [1.0, 0.0], atol=0.05)  # its edge is smooth
     assert np.allclose(shares(np.array([0.5, 0.0, 0.0])), [0.0, 1.0], atol=0.05)
     assert np.allclose(shares(np.array([0.0, 0.6, 0.0])), 1.0)

@@ -114,7 +114,7 @@ def test_what_is_written_comes_back(tmp_path: Path) -> None:
     assert (folder / "report.html").read_text(encoding="utf-8") == "<p>ä</p>"
 
 
-def test_nothing_of_an_older_run_stays_beside_a_new_one(tmp_path: Path) -> None:
+def test_nothing_of_an_older_run_stays_with_a_new_one(tmp_path: Path) -> None:
     write_result(tmp_path, Summary(), SERIES, MODEL, diagnosis={}, render=lambda _: "old")
     write_result(tmp_path, Summary(), SERIES, MODEL)
     visible = sorted(path.name for path in tmp_path.iterdir() if not path.name.startswith("."))

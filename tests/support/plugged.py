@@ -13,7 +13,7 @@ from sssi_exudyn.runtime import plugins
 from sssi_exudyn.validation.diagnosis.hypotheses import catalogue
 
 _TABLES: tuple[Any, ...] = (
-    registry._ADDED,
+    registry.ADDED_TERMS,
     plugins.LOADED,
     motion_formats.MOTION_READERS,
     gps.READERS,

@@ -13,10 +13,9 @@ import hashlib
 import signal
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -48,6 +47,8 @@ from sssi_exudyn.validation.diagnosis.search.explanation import Round
 
 ANSWERS, SEAL = "answers.json", "answers.sha256"
 Bases = list[Recorded]
+Planned = tuple[str, str, int]
+"""Name, kind and strength of a case."""
 
 
 def base_of(recording: Recording, motion: Motion, model: Model) -> Recorded:
@@ -75,6 +76,55 @@ def seal(folder: Path, cases: Sequence[Case], bases: Sequence[Recorded] = ()) ->
     write_atomically(folder / ANSWERS, text)
     write_atomically(seal, digest + "\n")
     return digest
+
+
+@dataclass(frozen=True)
+class SealedCases:
+    """The cases of a benchmark in its folder, each made and diagnosed once.
+
+    full : how many of them, the first ones, are diagnosed with the full model
+    """
+
+    bases: Bases
+    seed: int
+    full: int
+    folder: Path
+
+    def answer_file(self, index: int) -> Path:
+        """Return where the answer of a case is."""
+        return self.folder / "made" / f"{index:03d}.json"
+
+    def result_file(self, index: int) -> Path:
+        """Return where the diagnosis of a case is."""
+        return self.folder / f"case_{index:03d}.json"
+
+    def make(self, index: int, planned: Planned) -> Case:
+        """Make a case and keep its answer; read the answer alone where it was made before.
+
+        Raises InputError where the folder holds the answer of another plan.
+        """
+        path = self.answer_file(index)
+        if not path.exists():
+            path.parent.mkdir(exist_ok=True)
+            write_atomically(path, to_json(make(index, planned, self.bases, self.seed).case))
+        case = read_json(path, Case)
+        if (case.index, case.name, case.kind, case.strength) != (index, *planned):
+            raise InputError(path, "", "the answer of another benchmark", "choose another folder with --out")
+        return case
+
+    def diagnose(self, case: Case, planned: Planned) -> None:
+        """Diagnose a case, made again from its seed, unless it was diagnosed before.
+
+        Raises InputError where the case made differs from the sealed one.
+        """
+        path = self.result_file(case.index)
+        if path.exists():
+            return
+        made = make(case.index, planned, self.bases, self.seed)
+        if to_json(made.case) != to_json(case):
+            answer = self.answer_file(case.index)
+            raise InputError(answer, "", "its seed makes another case", "choose another folder with --out")
+        write_atomically(path, to_json(diagnose_case(made, full=case.index < self.full)))
 
 
 def diagnose_case(made: Made, *, full: bool) -> CaseResult:
@@ -165,7 +215,8 @@ def run_benchmark(
     """
     planned = plan(count, seed, conceal)
     cases: dict[int, Case] = {}
-    with ProcessPoolExecutor(workers, get_context("spawn"), _prepare_worker, (bases, seed, full, folder)) as pool:
+    sealed = SealedCases(bases, seed, full, folder)
+    with ProcessPoolExecutor(workers, get_context("spawn"), _prepare_worker, (sealed,)) as pool:
         making = [pool.submit(_make_case, index, case) for index, case in enumerate(planned)]
         for future in as_completed(making):
             case = future.result()
@@ -173,61 +224,29 @@ def run_benchmark(
             progress(len(cases) / count, f"made {len(cases)} of {count}")
         ordered = [cases[index] for index in range(count)]
         digest = seal(folder, ordered, bases)
-        diagnosing = [pool.submit(_diagnose_sealed, case, planned[case.index]) for case in ordered]
+        diagnosing = [pool.submit(_diagnose_case, case, planned[case.index]) for case in ordered]
         for number, diagnosed in enumerate(as_completed(diagnosing), 1):
             diagnosed.result()
             progress(number / count, f"diagnosed {number} of {count}")
-    scores = score(ordered, [read_json(_case_file(folder, index), CaseResult) for index in range(count)], digest)
+    scores = score(ordered, [read_json(sealed.result_file(index), CaseResult) for index in range(count)], digest)
     write_atomically(folder / "scores.json", to_json(scores))
     write_atomically(folder / "scores.md", benchmark_page(scores))
     return scores
 
 
-_given: list[Any] = []
-"""Data that a worker process received when it began."""
+_worker: list[SealedCases] = []
+"""The cases that a worker process makes and diagnoses, received when it began."""
 
 
-def _prepare_worker(bases: Bases, seed: int, full: int, folder: Path) -> None:
+def _prepare_worker(sealed: SealedCases) -> None:
     end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # a case takes minutes: an interrupt does not wait for it
-    _given[:] = [bases, seed, full, folder]
+    _worker[:] = [sealed]
 
 
-def _case_file(folder: Path, index: int) -> Path:
-    return folder / f"case_{index:03d}.json"
+def _make_case(index: int, planned: Planned) -> Case:
+    return _worker[0].make(index, planned)
 
 
-def _answer_file(folder: Path, index: int) -> Path:
-    return folder / "made" / f"{index:03d}.json"
-
-
-def _make_case(index: int, planned: tuple[str, str, int]) -> Case:
-    """Make a case and keep its answer; read the answer alone where it was made before.
-
-    Raises InputError where the folder holds the answer of another plan.
-    """
-    bases, seed, _, folder = _given
-    path = _answer_file(folder, index)
-    if not path.exists():
-        path.parent.mkdir(exist_ok=True)
-        write_atomically(path, to_json(make(index, planned, bases, seed).case))
-    case = read_json(path, Case)
-    if (case.index, case.name, case.kind, case.strength) != (index, *planned):
-        raise InputError(path, "", "the answer of another benchmark", "choose another folder with --out")
-    return case
-
-
-def _diagnose_sealed(case: Case, planned: tuple[str, str, int]) -> None:
-    """Diagnose a case, made again from its seed, unless it was diagnosed before.
-
-    Raises InputError where the case made differs from the sealed one.
-    """
-    bases, seed, full, folder = _given
-    path = _case_file(folder, case.index)
-    if path.exists():
-        return
-    made = make(case.index, planned, bases, seed)
-    if to_json(made.case) != to_json(case):
-        answer = _answer_file(folder, case.index)
-        raise InputError(answer, "", "its seed makes another case", "choose another folder with --out")
-    write_atomically(path, to_json(diagnose_case(made, full=case.index < full)))
+def _diagnose_case(case: Case, planned: Planned) -> None:
+    _worker[0].diagnose(case, planned)

@@ -239,7 +239,7 @@ def round_with(name: str, nothing: float) -> Any:
     return SimpleNamespace(best=best, nothing=SimpleNamespace(probability=nothing))
 
 
-def test_the_first_finding_is_compared_again_beside_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_first_finding_is_compared_again_next_to_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     first, second = round_with("lever_arm", 0.0), round_with("slope_change", 0.0)
     accepted: list[Any] = [
         Accepted(searched, searched.best, searched.best.fit, cast(Any, None)) for searched in (first, second)
@@ -296,7 +296,7 @@ def test_what_is_physically_impossible_is_refused(base: Any) -> None:
 
 
 @pytest.mark.long
-def test_a_push_is_found_where_it_was_from_beside_it(base: Any) -> None:
+def test_a_push_is_found_where_it_was_from_nearby(base: Any) -> None:
     recording, motion, model = base
     problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 5.0), model)
     begin = motion.start + 2.1

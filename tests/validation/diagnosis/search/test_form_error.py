@@ -75,7 +75,7 @@ def sizes_by_column(responses: np.ndarray, form: Freedom) -> list[float]:
     ]
 
 
-def test_beside_it_what_a_wrong_form_leaves_is_no_finding_and_another_force_is(latest: Round) -> None:
+def test_what_a_wrong_form_leaves_is_no_finding_and_another_force_is(latest: Round) -> None:
     cells = len(latest.fitted.time_edges) - 1
     responses = latest.responses[LATENT_FORCE.name]
     begin, end = cells // 3, cells // 3 + 3

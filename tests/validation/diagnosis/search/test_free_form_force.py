@@ -146,7 +146,7 @@ def test_where_nothing_acts_a_force_is_less_probable_than_none(fitted: FittedRun
     assert of_any < log_evidence(linear, levels) + log_prior(fitted.measurements.usual, levels)
 
 
-def test_beside_a_force_along_the_way_friction_is_less_certain(fitted: FittedRun, responses: Array) -> None:
+def test_next_to_a_force_along_the_path_friction_is_less_certain(fitted: FittedRun, responses: Array) -> None:
     levels = fitted.measurements.usual
     by_friction = responses_of([Probe(fitted.model, "friction.mu_t")], fitted.prepared, fitted.measurements)
     parameter = Parameter(("friction.mu_t",), Prior(0.06, 0.1))

@@ -132,7 +132,7 @@ def test_about_the_same_estimate_the_evidence_is_the_same() -> None:
         assert explanation.log_evidence == pytest.approx(before[explanation.name], abs=0.05)
 
 
-def test_the_best_law_is_estimated_beside_a_force_that_has_none() -> None:
+def test_the_best_law_is_estimated_next_to_a_force_that_has_none() -> None:
     weighing = Weighing(unexplained_force=60.0, gust=30.0)
     _, best, reestimated = weighing.estimate(a_round(nothing=-100.0, unexplained_force=40.0, gust=0.0, wind=-3.0))
     assert best == "unexplained_force"

@@ -17,7 +17,6 @@ from a_linear_model import LEVELS, covariance, linear_model
 from bundled import bundled
 
 import sssi_exudyn
-from sssi_exudyn.commands import diagnosis as command
 from sssi_exudyn.contact.maths import ArrayMath
 from sssi_exudyn.contact.term import FootState
 from sssi_exudyn.contact.terms.friction_law import FrictionLaw
@@ -28,10 +27,11 @@ from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.io.writing import to_json
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.model.toml import read_model
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.toml import model_files, model_to_dict, read_model
 from sssi_exudyn.reports.day_page import day_page, sentence_of_day
 from sssi_exudyn.results.day import Day
-from sssi_exudyn.results.folder import LAW
+from sssi_exudyn.results.folder import write_model
 from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
@@ -145,7 +145,7 @@ def test_a_law_of_the_list_that_is_the_truth_stays(size: float) -> None:
             assert named.log_evidence > nothing.log_evidence + 20.0  # so that there is something to be replaced
 
 
-def test_one_product_that_is_a_law_of_the_list_is_not_offered_beside_it() -> None:
+def test_one_product_that_is_a_law_of_the_list_is_not_offered_next_to_it() -> None:
     runs, columns = day_of(np.random.default_rng(4), {"speed": 0.03})
     for of_run in columns:
         of_run[:, 0] = of_run[:, 1 + BASIS.index("speed")]
@@ -225,6 +225,12 @@ def test_places_count_from_the_first_run() -> None:
     assert downhill(fit(recording), fit(recording)) == pytest.approx(0.0, abs=1e-6)  # rounding of degrees
 
 
+def saved(folder: Path, model: Model) -> Model:
+    """Return a model as it is read back from its files."""
+    write_model(folder, model_to_dict(model), model_files(model))
+    return read_model(folder / "model.toml")
+
+
 @pytest.mark.long(seconds=10)
 @pytest.mark.usefixtures("words_only")
 def test_a_run_is_simulated_with_the_law_that_was_saved(tmp_path: Path) -> None:
@@ -232,21 +238,18 @@ def test_a_run_is_simulated_with_the_law_that_was_saved(tmp_path: Path) -> None:
     short = replace(recording, stop=recording.start + 1.0)
     plain = on_snow_surface(model_of(recording, motion), recording, motion)
     law = FrictionLaw(c_speed2=0.05, c_slip=0.03, speed_ref=7.0, place_ref=-12.0)
-    command._keep_law(tmp_path / LAW, replace(plain, terms=(*plain.terms, law)))
-    stored = read_model(tmp_path / LAW / "model.toml")
+    stored = saved(tmp_path, replace(plain, terms=(*plain.terms, law)))
     assert law in stored.terms
     with_law, without = (
         sssi_exudyn.simulate(short, tmp_path / str(i), model=model).summary
-        for i, model in enumerate((tmp_path / LAW / "model.toml", plain))
+        for i, model in enumerate((tmp_path / "model.toml", plain))
     )
     assert with_law.diverged is None
     work = [summary.energy.work_J["friction"] for summary in (with_law, without)]
     assert work[0] < 1.05 * work[1] < 0.0
-    command._keep_law(tmp_path / LAW, None)
-    assert not (tmp_path / LAW).exists()
 
 
-def test_a_run_that_cannot_be_estimated_anew_keeps_its_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_cannot_be_estimated_again_keeps_its_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     fitted: Any = SimpleNamespace(problem=None, state=None, fit=SimpleNamespace(model="as fitted"))
 
     def diverge(*_: Any, **__: Any) -> None:
@@ -272,8 +275,7 @@ def test_friction_that_is_least_at_a_speed_is_found_in_two_runs(tmp_path: Path) 
     # the law as it is used: friction at the speeds of the runs, against that of the world
     speeds = np.linspace(10.0, 12.0, 7)
     feet = FootState(500.0, speeds, 0.0, 0.6, 0.0, 0.0, law.variables["place"].mean, 0.0, 1.0)
-    command._keep_law(tmp_path / LAW, model_with_law(with_law[0]))
-    stored = read_model(tmp_path / LAW / "model.toml")
+    stored = saved(tmp_path, model_with_law(with_law[0]))
     term = stored.owner("friction_law")
     assert isinstance(term, FrictionLaw)
     fitted = stored.friction.mu_t + term.change(ArrayMath(), feet)
