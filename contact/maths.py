@@ -54,7 +54,7 @@ class Math(Protocol):
         """Return the inverse tangent, radians."""
 
     def atan2(self, y: Number, x: Number) -> Number:
-        """Angle of the direction (x, y) from the first axis, radians, −π to π."""
+        """Return the angle of the direction (x, y) from the first axis, radians, −π to π."""
 
     def exp(self, x: Number) -> Number:
         """Return the exponential."""

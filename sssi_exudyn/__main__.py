@@ -6,7 +6,7 @@ from sssi_exudyn.runtime.interrupts import end_on_interrupt
 
 
 def start() -> NoReturn:
-    """Entry point of ``sssi``; ends the process with its exit status."""
+    """Run ``sssi`` and end the process with its exit status."""
     with end_on_interrupt():
         from sssi_exudyn.cli import main
     main()

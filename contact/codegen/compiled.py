@@ -88,24 +88,24 @@ class CompiledLaw:
 
 
 def law_classes(terms: Iterable[Term]) -> tuple[type[Term], ...]:
-    """The classes that are compiled for ``terms``: those of the registry, then others by their places and names."""
+    """Return the classes that are compiled for ``terms``: the registry's, then others by places and names."""
     others = {type(term) for term in terms} - set(TERMS)
     return (*TERMS, *sorted(others, key=lambda cls: (cls.kind, cls.__module__, cls.__qualname__)))
 
 
 def in_order(terms: Sequence[Term]) -> tuple[Term, ...]:
-    """The same terms, those of a class together, as the kernels have them."""
+    """Return the same terms, those of a class together, as the kernels have them."""
     classes = law_classes(terms)
     return tuple(sorted(terms, key=lambda term: classes.index(type(term))))
 
 
 def parameter_values(terms: Sequence[Term]) -> Array:
-    """(n,) the parameters of all terms ``in_order``, each in the order of its declaration."""
+    """Return the parameters (n,) of all terms ``in_order``, each in the order of its declaration."""
     return np.array([value for term in in_order(terms) for value in places.parameters(term).values()], dtype=np.float64)
 
 
 def law_parameters(terms: Sequence[Term]) -> LawParameters:
-    """The terms' parameters as the kernels take them."""
+    """Return the terms' parameters as the kernels take them."""
     classes = law_classes(terms)
     sizes = [sum(len(quantities(cls)) for term in terms if type(term) is cls) for cls in classes]
     first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
@@ -146,7 +146,7 @@ _lock: Final = Lock()
 
 
 def _module(source: str) -> ModuleType:
-    """The module with that text, from the cache folder, written there first if need be."""
+    """Return the module with that text, from the cache folder, written there first if need be."""
     name = "sssi_exudyn_generated_" + hashlib.sha256(source.encode()).hexdigest()
     if name in sys.modules:
         return sys.modules[name]
@@ -171,7 +171,7 @@ def _module(source: str) -> ModuleType:
 
 
 def compile_kernel(*templates: ModuleType) -> ModuleType:
-    """A module with the contents of the templates and the functions of all places, compiled and cached as one.
+    """Return a module with the contents of the templates and the functions of all places, compiled and cached as one.
 
     A template is a module whose Numba functions call ``point_force`` and so on as globals of its own; to please a
     type checker it may declare them without a value (``point_force: Callable[..., float]``), and so it may the
@@ -212,7 +212,7 @@ def _check_names(templates: Sequence[ModuleType]) -> None:
 
 
 def _imported(templates: Sequence[ModuleType]) -> list[ModuleType]:
-    """The package's modules that hold the structs which templates import: Numba's cache must see them change."""
+    """Return the package's modules that hold the structs which templates import: Numba's cache must see them change."""
     values = [value for template in templates for value in vars(template).values()]
     names = {value.__module__ for value in values if isinstance(value, type) and value.__module__.startswith(_PACKAGE)}
     return [sys.modules[name] for name in sorted(names - {template.__name__ for template in templates})]
@@ -234,7 +234,7 @@ def _compiled(place: str, terms: Sequence[Term]) -> CompiledLaw:
 
 
 def compile_edge(terms: Sequence[Term]) -> tuple[CompiledLaw, CompiledLaw, CompiledLaw]:
-    """The edge terms among ``terms``: their force, their memory, the wall's greatest force and its force."""
+    """Compile the edge terms among ``terms``: their force, their memory, the wall's greatest force and its force."""
     module = _module(laws_source(linearised=False, edges=True))
     force, memory, capacity = (
         CompiledLaw(
@@ -249,30 +249,30 @@ def compile_edge(terms: Sequence[Term]) -> tuple[CompiledLaw, CompiledLaw, Compi
 
 
 def compile_point(terms: Sequence[Term]) -> CompiledLaw:
-    """The point terms among ``terms``."""
+    """Compile the point terms among ``terms``."""
     return _compiled("point", terms)
 
 
 def compile_foot(terms: Sequence[Term]) -> CompiledLaw:
-    """The foot terms among ``terms``."""
+    """Compile the foot terms among ``terms``."""
     return _compiled("foot", terms)
 
 
 def compile_segment(terms: Sequence[Term]) -> CompiledLaw:
-    """The segment terms among ``terms``, in the air that the wind terms move."""
+    """Compile the segment terms among ``terms``, in the air that the wind terms move."""
     return _compiled("segment", terms)
 
 
 def compile_body(terms: Sequence[Term]) -> CompiledLaw:
-    """The body terms among ``terms``."""
+    """Compile the body terms among ``terms``."""
     return _compiled("body", terms)
 
 
 def compile_wind(terms: Sequence[Term]) -> CompiledLaw:
-    """The wind terms among ``terms``."""
+    """Compile the wind terms among ``terms``."""
     return _compiled("wind", terms)
 
 
 def compile_terrain(terms: Sequence[Term]) -> CompiledLaw:
-    """The terrain terms among ``terms``."""
+    """Compile the terrain terms among ``terms``."""
     return _compiled("terrain", terms)

@@ -57,7 +57,7 @@ class Formula:
                 raise ValueError(f"{self.name} has no argument {name} to be differentiated by")
 
     def __call__(self, math: Math, *given: Any) -> Any:
-        """What the formula gives over ``math``."""
+        """Return what the formula gives over ``math``."""
         return self.function(math, *given)
 
     @property
@@ -70,7 +70,7 @@ class Formula:
         return dict(list(signature(self.function).parameters.items())[1:])
 
     def source(self) -> str:
-        """The compiled functions as text."""
+        """Return the compiled functions as text."""
         tape, arguments = Tape(), self._arguments
         nodes = {name: _nodes(tape, name, argument.annotation) for name, argument in arguments.items()}
         result = self.function(TapeMath(tape), *(x if x.ndim == 2 else _plain(x) for x in nodes.values()))
@@ -110,13 +110,13 @@ def formula(*, by: tuple[str, ...] = ()) -> Callable[[Callable[..., Any]], Formu
 
 
 def formulas_of(module: ModuleType) -> list[Formula]:
-    """The formulas that a module defines."""
+    """Return the formulas that a module defines."""
     values = [value for value in vars(module).values() if isinstance(value, Formula)]
     return [value for value in values if value.function.__module__ == module.__name__]
 
 
 def _nodes(tape: Tape, name: str, annotation: str) -> Any:
-    """An argument's numbers as named nodes, an array of its shape."""
+    """Return an argument's numbers as named nodes, an array of its shape."""
     nodes = np.empty(_SHAPES[annotation], dtype=object)
     for place in np.ndindex(nodes.shape):
         nodes[place] = tape.name(f"{name}[{', '.join(map(str, place))}]" if place else name)
@@ -124,7 +124,7 @@ def _nodes(tape: Tape, name: str, annotation: str) -> Any:
 
 
 def _columns(tape: Tape, outputs: Sequence[Operand], variables: Sequence[Node]) -> list[list[Operand]]:
-    """∂outputs/∂variable for each variable: forwards or backwards, whichever takes fewer sweeps."""
+    """Return ∂outputs/∂variable for each variable: forwards or backwards, whichever takes fewer sweeps."""
     if len(outputs) < len(variables):
         return [list(column) for column in zip(*(tape.gradient(x, variables) for x in outputs), strict=True)]
     return [tape.derivatives(outputs, x) for x in variables]
@@ -135,7 +135,7 @@ def _plain(nodes: Any) -> Any:
 
 
 def _numbers(result: Any) -> Iterator[Operand]:
-    """All numbers of nested tuples."""
+    """Return all numbers of nested tuples."""
     if isinstance(result, tuple):
         for part in result:
             yield from _numbers(part)
@@ -144,7 +144,7 @@ def _numbers(result: Any) -> Iterator[Operand]:
 
 
 def _like(result: Any, texts: Iterator[str]) -> str:
-    """Nested tuples of the structure of ``result`` with these texts where it has numbers."""
+    """Return nested tuples of the structure of ``result`` with these texts where it has numbers."""
     return _tuple(_like(part, texts) for part in result) if isinstance(result, tuple) else next(texts)
 
 

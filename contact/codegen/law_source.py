@@ -264,8 +264,8 @@ _STRUCT: Final = ("values", "count", "first", "classes")
 
 
 def laws_source(*, linearised: bool = True, edges: bool = False) -> str:
-    """The Python module that holds the functions of all places for the registry's classes, with their linearisations or
-    without, and with those of the edges or without.
+    """Return the Python module that holds the functions of all places for the registry's classes, with or without their
+    linearisations and those of the edges.
     """
     functions = [_HELPERS]
     functions += [f"_others_{count} = _callable_at({count})" for count in sorted({f.outputs for f in FUNCTIONS})]
@@ -281,8 +281,8 @@ def laws_source(*, linearised: bool = True, edges: bool = False) -> str:
 
 
 def other_laws_source(others: Sequence[type[Term]]) -> str:
-    """The Python module of classes that are not in the registry: each place's functions under the names of
-    ``laws_source``, which return tuples, and after an ``_address_of_`` what C calls.
+    """Return the Python module of classes that are not in the registry.  It has each place's functions under the names
+    of ``laws_source``, which return tuples, and after an ``_address_of_`` what C calls.
     """
     classes = (*TERMS, *others)
     functions = [f"# shared: {hash_of_shared()}", _HELPERS]
@@ -310,14 +310,14 @@ def hash_of_shared(*modules: ModuleType) -> str:
 
 
 def source_file(module: ModuleType) -> Path:
-    """The file of a module.  Raises ValueError where it has none."""
+    """Return the file of a module.  Raises ValueError where it has none."""
     if module.__file__ is None:
         raise ValueError(f"the template {module.__name__} has no source file")
     return Path(module.__file__)
 
 
 def _registered(function: LawFunction) -> str:
-    """A place's function for the classes of the registry, which calls those of others."""
+    """Return a place's function for the classes of the registry, which calls those of others."""
     law, arguments = function.law, list(function.arguments)
     lines, sums = _sums(function, TERMS, 0)
     given = [*arguments, *(_AIR if function.kind == "segment" else ())]
@@ -367,7 +367,7 @@ def _sums(function: LawFunction, classes: Sequence[type[Term]], begin: int) -> t
 
 
 def _of_others(function: LawFunction, given: Sequence[str], sums: Sequence[str]) -> list[str]:
-    """The lines that add what the place's other classes give."""
+    """Return the lines that add what the place's other classes give."""
     more = "by_parameter" if function.linearised else "None"
     place = FUNCTIONS.index(function)
     return [

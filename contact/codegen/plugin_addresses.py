@@ -30,8 +30,8 @@ if not FAULT:  # modules that say nothing of their types
 
 
 def callable_at(outputs: int) -> Any:
-    """A compiled function that calls a law, and gives the law's ``outputs`` floats: of the law's place among
-    ``LawParameters.addresses``, these parameters, a tuple of the floats, and ``by_parameter`` or None.
+    """Return a compiled function that calls a law at its place among ``LawParameters.addresses`` and gives its
+    ``outputs`` floats.  It takes the place, the parameters, a tuple of the floats, and ``by_parameter`` or None.
 
     There is one for each number of outputs, since compiled functions know the lengths of their tuples.  It takes the
     arrays out of the struct itself: in a tuple Numba would count their references.
@@ -74,7 +74,9 @@ def callable_at(outputs: int) -> Any:
 
 
 def expected_false() -> Any:
-    """A compiled function that gives the truth it is given, and lets the compiler lay out what follows for False."""
+    """Return a compiled function that gives the truth it is given, and lets the compiler lay out what follows for
+    False.
+    """
     if FAULT:
         return bool
 
@@ -91,7 +93,7 @@ def expected_false() -> Any:
 
 
 def law_address(law: Callable[..., tuple[float, ...]]) -> Callable[[Callable[..., None]], Any]:
-    """A decorator of the function that C would call to have ``law``: what it returns has its ``address``.
+    """Return a decorator of the function that C would call to have ``law``: what it returns has its ``address``.
 
     The function's arguments are those of ``callable_at`` as C has them: an array to be filled, the two of
     ``LawParameters`` each with its length, floats, and ``by_parameter`` where the law is linearised.

@@ -109,7 +109,7 @@ class Condition:
         return _by_name(func, args, kwargs)
 
     def choose(self, a: Operand, b: Operand) -> Operand:
-        """a where it holds, else b."""
+        """Return a where it holds, else b."""
         first, second = (a, b) if self.strict else (b, a)
         return self.tape.where(self.difference, first, second)
 
@@ -129,7 +129,9 @@ def _power(tape: Tape, base: Operand, exponent: Operand) -> Operand:
 
 
 def _operand(x: Any) -> Operand:
-    """A node, or NumPy's number as a float.  Raises TypeError for an array, which a law on one state does not have."""
+    """Return a node, or NumPy's number as a float.  Raises TypeError for an array, which a law on one state does not
+    have.
+    """
     if isinstance(x, Node):
         return x
     if np.ndim(x):
@@ -138,7 +140,7 @@ def _operand(x: Any) -> Operand:
 
 
 def _by_name(func: Any, args: Any, kwargs: Any) -> Any:
-    """``numpy.where`` and ``numpy.clip``, which are no ufuncs."""
+    """Note ``numpy.where`` and ``numpy.clip``, which are no ufuncs."""
     if func is np.where and len(args) == 3 and not kwargs and isinstance(args[0], Condition):
         return args[0].choose(_operand(args[1]), _operand(args[2]))
     if func is np.clip and len(args) == 3 and not kwargs:
@@ -160,7 +162,7 @@ class Tape:
     known: dict[tuple[object, ...], Node] = field(default_factory=dict)
 
     def node(self, operation: str, *operands: Operand) -> Node:
-        """The node of that operation, a new one unless it has been carried out before."""
+        """Return the node of that operation, a new one unless it has been carried out before."""
         constants_as_floats = tuple(x if isinstance(x, Node) else float(x) for x in operands)
         key = (operation, *(("node", x.index) if isinstance(x, Node) else x for x in constants_as_floats))
         if key not in self.known:
@@ -169,7 +171,7 @@ class Tape:
         return self.known[key]
 
     def name(self, name: str) -> Node:
-        """An argument of the function to be written: a name, or an expression such as ``parameters[3]``."""
+        """Note an argument of the function to be written: a name, or an expression such as ``parameters[3]``."""
         key = ("name", name)
         if key not in self.known:
             self.known[key] = Node(self, len(self.nodes), name, ())
@@ -204,7 +206,7 @@ class Tape:
         return self.node("where", x, a, b)
 
     def derivatives(self, outputs: Sequence[Operand], variable: Node) -> list[Operand]:
-        """∂output/∂variable of each output, as further operations on this tape.
+        """Return ∂output/∂variable of each output, as further operations on this tape.
 
         At a switch (``where``, ``maximum``, ``minimum``, ``absolute``) it is that of the branch taken there.
         """
@@ -223,7 +225,7 @@ class Tape:
         return [slope(x) for x in outputs]
 
     def gradient(self, output: Operand, variables: Sequence[Node]) -> list[Operand]:
-        """∂output/∂variable by each of many variables, in one sweep backwards over the operations."""
+        """Return ∂output/∂variable by each of many variables, in one sweep backwards over the operations."""
         slopes: dict[int, Operand] = {output.index: 1.0} if isinstance(output, Node) else {}
         for node in reversed(needed(self, [output])):
             for place, x in enumerate(node.operands):
@@ -234,7 +236,7 @@ class Tape:
         return [slopes.get(x.index, 0.0) for x in variables]
 
     def substituted(self, outputs: Sequence[Operand], values: Mapping[Node, float]) -> list[Operand]:
-        """The outputs where some nodes have a constant's value, as operations that leave out what then vanishes."""
+        """Return the outputs where some nodes are constants, as operations that leave out what then vanishes."""
         simplified: dict[str, Callable[..., Operand]] = {
             "+": self.add, "-": self.subtract, "*": self.multiply, "/": self.divide, "where": self.where
         }  # fmt: skip
@@ -406,7 +408,8 @@ def needed(tape: Tape, outputs: Sequence[Operand]) -> list[Node]:
 
 
 def source_lines(tape: Tape, outputs: Sequence[Operand], *, prefix: str) -> tuple[list[str], list[str]]:
-    """The tape as lines of Python, only what the outputs need, one operation a line; and each output's name or number.
+    """Return the tape as lines of Python, only what the outputs need, one operation a line, and each output's name or
+    number.
 
     Results are named by ``prefix`` and a number.  The library's functions are spelt ``_math.sqrt``, the others of
     ``Math`` with an underscore (``_where``).

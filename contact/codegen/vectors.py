@@ -18,7 +18,7 @@ def three(a, i):
 
 @njit(cache=True, error_model="numpy")
 def three_of(a, i, j):
-    """Three numbers of a row of a table, from column j on."""
+    """Return three numbers of a row of a table, from column j on."""
     return a[i, j], a[i, j + 1], a[i, j + 2]
 
 
@@ -29,7 +29,7 @@ def four(a, b, i):
 
 @njit(cache=True, error_model="numpy")
 def out_of(frame, v):
-    """v (3) turned from the frame outwards."""
+    """Turn v (3) from the frame outwards."""
     return (
         frame[0, 0] * v[0] + frame[0, 1] * v[1] + frame[0, 2] * v[2],
         frame[1, 0] * v[0] + frame[1, 1] * v[1] + frame[1, 2] * v[2],
@@ -39,7 +39,7 @@ def out_of(frame, v):
 
 @njit(cache=True, error_model="numpy")
 def into(frame, v):
-    """v (3) turned into the frame."""
+    """Turn v (3) into the frame."""
     return (
         frame[0, 0] * v[0] + frame[1, 0] * v[1] + frame[2, 0] * v[2],
         frame[0, 1] * v[0] + frame[1, 1] * v[1] + frame[2, 1] * v[2],
@@ -64,7 +64,7 @@ def product(a, b):
 
 @njit(cache=True, error_model="numpy")
 def rotate(q, v):
-    """v (3) turned by the quaternion q (w, x, y, z): v + 2 w (u × v) + 2 u × (u × v)."""
+    """Turn v (3) by the quaternion q (w, x, y, z): v + 2 w (u × v) + 2 u × (u × v)."""
     u = (q[1], q[2], q[3])
     once = cross(u, v)
     twice = cross(u, once)
@@ -77,7 +77,9 @@ def rotate(q, v):
 
 @njit(cache=True, error_model="numpy")
 def spin(q, rate, i):
-    """Angular velocity (3) in the outer frame of a quaternion and its rate, which begins at ``i``: 2 E(q) q̇."""
+    """Return the angular velocity (3) in the outer frame of a quaternion and its rate, which begins at ``i``: 2 E(q)
+    q̇.
+    """
     a, b, c, d = q
     w, x, y, z = rate[i], rate[i + 1], rate[i + 2], rate[i + 3]
     return (
@@ -89,7 +91,7 @@ def spin(q, rate, i):
 
 @njit(cache=True, error_model="numpy")
 def on_quaternion(q, torque):
-    """Generalised force (4) on a quaternion of a torque (3) in the outer frame: 2 E(q)ᵀ τ."""
+    """Return the generalised force (4) on a quaternion of a torque (3) in the outer frame: 2 E(q)ᵀ τ."""
     a, b, c, d = q
     x, y, z = torque
     return (
@@ -102,7 +104,9 @@ def on_quaternion(q, torque):
 
 @njit(cache=True, error_model="numpy")
 def between(p0, q0, p1, q1, xi):
-    """Place (3) and quaternion (4) at the share ``xi`` of the screw motion that leads from one node to the other."""
+    """Return place (3) and quaternion (4) at the share ``xi`` of the screw motion that leads from one node to the
+    other.
+    """
     w, x, y, z = product(conjugate(q0), q1)
     apart = (p1[0] - p0[0], p1[1] - p0[1], p1[2] - p0[2])
     sine = math.sqrt(x * x + y * y + z * z)
@@ -127,7 +131,7 @@ def between(p0, q0, p1, q1, xi):
 
 @njit(cache=True, error_model="numpy")
 def middle_of(a, b):
-    """The quaternion half-way between two neighbours."""
+    """Return the quaternion half-way between two neighbours."""
     w, x, y, z = a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]
     s = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
     return s * w, s * x, s * y, s * z

@@ -45,7 +45,7 @@ class Load:
 
 
 def model_text(parts: Parts) -> str:
-    """The skier and his skis as the text of an ``.osim`` file."""
+    """Return the skier and his skis as the text of an ``.osim`` file."""
     gear, geometry = parts.model.equipment, parts.motion.geometry
     ski = SegmentInertia(parts.ski.mass, parts.ski.com, parts.ski.inertia)
     bodies = dict(zip(SEGMENTS, parts.inertias, strict=True)) | dict.fromkeys(SKIS, ski)
@@ -72,7 +72,7 @@ def model_text(parts: Parts) -> str:
 
 
 def loads_text(loads: Sequence[Load], forces_file: str) -> str:
-    """OpenSim's external loads, whose columns are in ``forces_file``."""
+    """Return OpenSim's external loads, whose columns are in ``forces_file``."""
     document = XML.Element("OpenSimDocument", Version="40000")
     whole = XML.SubElement(document, "ExternalLoads", name="external_loads")
     objects = XML.SubElement(whole, "objects")
@@ -90,7 +90,7 @@ def loads_text(loads: Sequence[Load], forces_file: str) -> str:
 
 
 def setup_text(start: float, stop: float, coordinates_file: str) -> str:
-    """The set-up of OpenSim's inverse dynamics from ``start`` to ``stop`` (s)."""
+    """Return the set-up of OpenSim's inverse dynamics from ``start`` to ``stop`` (s)."""
     document = XML.Element("OpenSimDocument", Version="40000")
     tool = XML.SubElement(document, "InverseDynamicsTool", name="inverse_dynamics")
     settings: Mapping[str, str] = {

@@ -88,7 +88,7 @@ class StoredRun:
         return self.series[columns].to_numpy(dtype=float) @ turned
 
     def snow_force(self, side: str) -> Array:
-        """(n, 3) N, the snow's whole force on the ``left`` or ``right`` ski in the slope frame.
+        """Return (n, 3) N, the snow's whole force on the ``left`` or ``right`` ski in the slope frame.
 
         An older result lacks its columns: there it is the load along the snow's normal under the foot, and friction.
         """

@@ -42,8 +42,8 @@ COARSE_CARVED_STEP = 0.0025
 
 
 def correct_motion(model: Model, motion: Motion) -> Motion:
-    """The motion as it was, if the capture's faults are those of the model: its posture corrected, turned, and the
-    antenna where it sat.
+    """Return the motion as it was, if the capture's faults are those of the model: posture corrected, turned, antenna
+    in place.
     """
     moved = turn_motion(correct_posture(motion, model.posture), model.capture_yaw)
     if motion.antenna is None:
@@ -83,7 +83,9 @@ class Parts:
         )
 
     def foot(self, letter: str) -> SegmentInertia:
-        """The left (l) or right (r) foot in boot and binding as one body, in the ski's axes counted from the ankle."""
+        """Return the left (l) or right (r) foot in boot and binding as one body, in the ski's axes counted from the
+        ankle.
+        """
         geometry, ramp = self.motion.geometry, ski_on_foot(self.model.equipment.ramp_angle)
         place, attitude, parts = np.zeros(3), np.eye(3), []
         for name in ("talus", "calcn", "toes"):
@@ -177,7 +179,7 @@ class Parts:
         return np.asarray(np.maximum(boot_joint(self.model.equipment).inertia[:2] - np.array(own), 0.0))
 
     def posture(self, time: Array) -> PostureTable:
-        """The posture at ``time`` (n,), a stretch at a time: intermediate Jacobians are far larger than what is
+        """Return the posture at ``time`` (n,), a stretch at a time: intermediate Jacobians are far larger than what is
         kept.
         """
         stretches = np.array_split(time, max(1, -(-len(time) // _STRETCH)))
@@ -195,8 +197,8 @@ class Parts:
         return replace(whole, exposed_facing=self.facing(time))
 
     def facing(self, time: Array) -> Array:
-        """(n, k, 3, 3) m⁴ that the exposed segments show the air at ``time`` (n,): ``facing``, every ``_LOOKS`` s and
-        straight between.
+        """Return (n, k, 3, 3) m⁴ that the exposed segments show the air at ``time`` (n,): ``facing``, every ``_LOOKS``
+        s and straight between.
         """
         looks = np.linspace(time[0], time[-1], max(2, 1 + round((time[-1] - time[0]) / _LOOKS)))
         shown = {name: np.array(areas) for name, areas in ShownAreas().of_height(self.model.skier.height).items()}
@@ -212,14 +214,14 @@ class Parts:
 
 
 def snow_grid(surface: Surface | None) -> SnowGrid:
-    """The snow surface as the kernels take it."""
+    """Return the snow surface as the kernels take it."""
     if surface is None:
         return SnowGrid(np.zeros((0, 0)), np.zeros(2), 1.0)
     return SnowGrid(surface.coefficients, np.array(surface.origin), surface.spacing)
 
 
 def _edge_offsets(cut: BeamMesh) -> Array:
-    """(m, 2, 3) m: both edges of each contact section in the section's own frame, from the unloaded ski."""
+    """Return (m, 2, 3) m: both edges of each contact section in the section's own frame, from the unloaded ski."""
     s = cut.contact_s
     left = np.stack([cut.ski.x_of_s(s), 0.5 * cut.ski.width(s), cut.ski.height(s)], axis=1)
     offsets = np.empty((len(s), 2, 3))
@@ -232,7 +234,7 @@ def _edge_offsets(cut: BeamMesh) -> Array:
 
 
 def _section_pose(cut: BeamMesh, m: int) -> tuple[Array, Rotation]:
-    """Place (3,) m and frame of a contact section of the unloaded ski."""
+    """Return place (3,) m and frame of a contact section of the unloaded ski."""
     frames = Rotation.from_matrix(cut.node_rotation).as_quat(scalar_first=True)
     element = cut.contact_element[m]
     first, second = ((tuple(cut.node_position[node]), tuple(frames[node])) for node in (element, element + 1))
@@ -241,7 +243,7 @@ def _section_pose(cut: BeamMesh, m: int) -> tuple[Array, Rotation]:
 
 
 def _lump(of_elements: Array) -> Array:
-    """(n + 1, …) at the nodes: half of each element's share (n, …) at each of its ends."""
+    """Return (n + 1, …) at the nodes: half of each element's share (n, …) at each of its ends."""
     lumped = np.zeros((len(of_elements) + 1, *of_elements.shape[1:]))
     lumped[:-1] += 0.5 * of_elements
     lumped[1:] += 0.5 * of_elements

@@ -28,7 +28,7 @@ _BEHIND: Final = 0.05
 
 
 def facing(poses: Poses, inertias: tuple[SegmentInertia, ...], areas: Mapping[str, Array]) -> Array:
-    """(n, k, 3, 3) m⁴, slope frame: M of each segment of ``areas``, less what others shield of it.
+    """Return M (n, k, 3, 3) m⁴ of each segment of ``areas`` in the slope frame, less what others shield of it.
 
     areas : (3,) m² that each segment shows along its own axes
     """
@@ -47,7 +47,7 @@ def facing(poses: Poses, inertias: tuple[SegmentInertia, ...], areas: Mapping[st
 
 
 def _unshielded(centre: Array, shape: Array, forward: Array) -> Array:
-    """(n, k) share of each ellipsoid's shadow that lies in no other's, of those ahead of it.
+    """Return the share (n, k) of each ellipsoid's shadow that lies in no other's, of those ahead of it.
 
     centre : (n, k, 3) m;  shape : (n, k, 3, 3) m², Σ half axes squared;  forward : (n, 3)
     """

@@ -81,7 +81,7 @@ class WholeBody:
 
 
 def whole_body(posture: Posture, body_mass: float, ski: RigidSki) -> WholeBody:
-    """Skier (``body_mass`` kg without skis) and both skis together."""
+    """Return the skier (``body_mass`` kg without skis) and both skis as one."""
     frame, spin = posture.foot_rotation, posture.foot_spin
     arm = frame @ ski.com
     places = np.concatenate([posture.com_place[:, None], posture.foot_place + arm], axis=1)
@@ -98,7 +98,7 @@ def whole_body(posture: Posture, body_mass: float, ski: RigidSki) -> WholeBody:
 
 
 def spread_inertia(mass: Array, arm: Array) -> Array:
-    """(n, 3, 3) kg m² of points of ``mass`` (k,) kg at ``arm`` (n, k, 3) m from their centre."""
+    """Return (n, 3, 3) kg m² of points of ``mass`` (k,) kg at ``arm`` (n, k, 3) m from their centre."""
     weighted = np.sqrt(mass)[:, None] * arm
     spread = np.swapaxes(weighted, 1, 2) @ weighted
     return np.asarray(np.trace(spread, axis1=1, axis2=2)[:, None, None] * np.eye(3) - spread)
@@ -122,29 +122,31 @@ class Turn:
         return cls(up, *np.ascontiguousarray(heading.T))
 
     def matrices(self) -> Array:
-        """(n, 3, 3)"""
+        """Return the rotation matrices (n, 3, 3)."""
         return rotations_about(self.up, self.angle)
 
     def spin(self, vectors: Array) -> Array:
-        """(n, …, 3) rad/s, with as many axes as ``vectors`` (n, …, 3)."""
+        """Return the spin (n, …, 3) rad/s, with as many axes as ``vectors`` (n, …, 3)."""
         return np.asarray(self._along(self.rate, vectors))
 
     def velocity(self, place: Array, velocity: Array) -> Array:
-        """(n, …, 3) m/s of what is at a place with a velocity before it is turned; its direction is not turned yet."""
+        """Return the velocity (n, …, 3) m/s of what is at a place and moves before it is turned; its direction is not
+        turned yet.
+        """
         return np.asarray(velocity + cross(self.spin(place), place))
 
     def pull(self, place: Array, velocity: Array, acceleration: Array) -> Array:
-        """(n, …, 3) m/s², the same for the acceleration."""
+        """Return the acceleration (n, …, 3) m/s² of the same."""
         moving = velocity + self.velocity(place, velocity)
         pulled = acceleration + cross(self.spin(place), moving)
         return np.asarray(pulled + cross(self._along(self.acceleration, place), place))
 
     def spin_rate(self, spin: Array, spin_rate: Array) -> Array:
-        """(n, …, 3) rad/s², the same for a spin and its rate."""
+        """Return the rate (n, …, 3) rad/s² of a spin, from the spin and its rate before it is turned."""
         return np.asarray(spin_rate + cross(self.spin(spin), spin) + self._along(self.acceleration, spin))
 
     def of_posture(self, at: Posture) -> dict[str, Array]:
-        """All numbers of a ``Posture``, turned, by their names."""
+        """Return all numbers of a ``Posture``, turned, by their names."""
         matrices = self.matrices()
         back = np.swapaxes(matrices, 1, 2)
         vectors = {
@@ -171,6 +173,6 @@ class Turn:
 
 
 def turned(turn: Array, vectors: Array) -> Array:
-    """Vectors (n, …, 3) turned by rotations (n, 3, 3), contiguous."""
+    """Turn vectors (n, …, 3) by rotations (n, 3, 3); they are contiguous."""
     back = np.swapaxes(turn, 1, 2)
     return np.ascontiguousarray((vectors.reshape(len(turn), -1, 3) @ back).reshape(vectors.shape))

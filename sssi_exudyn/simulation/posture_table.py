@@ -66,11 +66,11 @@ class PostureTable:
     exposed_jacobian: Array
 
     def rows(self, rows: NDArray[np.intp]) -> PostureTable:
-        """The posture at some of the times."""
+        """Return the posture at some of the times."""
         return PostureTable(**{entry.name: getattr(self, entry.name)[rows] for entry in fields(self)})
 
     def turn(self, turn: Turn, body_mass: float) -> PostureTable:
-        """The same posture turned about gravity; ``body_mass`` (kg) is what has ``kinetic`` energy."""
+        """Return the same posture turned about gravity; ``body_mass`` (kg) is what has ``kinetic`` energy."""
         matrices, up = turn.matrices(), turn.up
         changed = turn.of_posture(self)
         swung = self.exposed_velocity + turn.rate[:, None, None] * self.exposed_jacobian[..., HEADING]
@@ -96,7 +96,7 @@ def posture_at(
     boot_centre: float = 0.0,
     ramp_angle: float = 0.0,
 ) -> PostureTable:
-    """The posture at ``time`` (n,).
+    """Return the posture at ``time`` (n,).
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def posture_at(
     moving = rates(poses, np.hstack([free, speeds]), np.hstack([free, accelerations]))
 
     def points(segments: Sequence[int], places: Array) -> tuple[Array, Array, Array]:
-        """Place, velocity, acceleration (n, k, 3) of points fixed at ``places`` (k, 3) in segments."""
+        """Return place, velocity, acceleration (n, k, 3) of points fixed at ``places`` (k, 3) in segments."""
         at = list(segments)
         arm = np.einsum("nkij,kj->nki", poses.rotation[:, at], places)
         spin, spin_rate = moving.angular_velocity[:, at], moving.angular_acceleration[:, at]

@@ -83,7 +83,7 @@ class SnowWrench(Wrench):
 
 
 def side_reserve(most: Array, borne: Array) -> Array:
-    """Share of what walls bear at most (…) N that they do not bear (…) N; 0 off the snow."""
+    """Return the share of what walls bear at most (…) N that they do not bear (…) N; 0 off the snow."""
     cutting = most > 0.0
     return np.where(cutting, 1.0 - borne / np.where(cutting, most, 1.0), 0.0)
 
@@ -205,7 +205,7 @@ class SimulationResult:
         return 100.0 * gap / turnover if turnover > 0.0 else float("nan")
 
     def shift(self, by: Array) -> SimulationResult:
-        """The same run with all places moved by ``by`` (3,) m."""
+        """Return the same run with all places moved by ``by`` (3,) m."""
         first = [name in _FREE for name in self.coordinate_names]
         coordinates = self.coordinates.copy()
         coordinates[:, first] += by

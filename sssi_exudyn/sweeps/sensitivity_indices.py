@@ -94,7 +94,7 @@ def _shares(axes: Sequence[Axis], table: pd.DataFrame, output: str) -> list[tupl
 
 
 def _grid_shares(axes: Sequence[Axis], table: pd.DataFrame, output: str) -> list[tuple[object, ...]]:
-    """Rows of each parameter's share on a grid, and of each pair's where no run is missing."""
+    """Return rows of each parameter's share on a grid, and of each pair's where no run is missing."""
     known = table[(table["status"] == DONE) & table[output].notna()]
     y = known[output].to_numpy(dtype=float)
     varied = [axis.name for axis in axes if len(set(known[axis.name])) > 1]

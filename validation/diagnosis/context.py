@@ -173,7 +173,7 @@ class Nuisances:
 
     @property
     def fixed(self) -> Freedom:
-        """Of instruments and skier, and the plane's tilt: what no noise level makes larger."""
+        """Effects of instruments and skier, and the plane's tilt: what no noise level makes larger."""
         tilt = self.surface[:, :TILTS]
         return self.free.with_more(tilt, np.ones(tilt.shape[1]))
 

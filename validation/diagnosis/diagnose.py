@@ -173,7 +173,7 @@ def _try_pair(
 
 
 def _with_forms(state: State, forms: Sequence[Freedom]) -> State:
-    """The state in which the forms of findings may be wrong too."""
+    """Return the state in which the forms of findings may be wrong too."""
     free = state.nuisances.free
     for form in forms:
         free = free.with_more(form.columns, form.scales)

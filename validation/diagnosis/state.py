@@ -104,7 +104,8 @@ def first_fit(problem: DiagnosisProblem, *, full: bool = False) -> tuple[Diagnos
 
 
 def _beneath(problem: DiagnosisProblem, posterior: Posterior) -> tuple[DiagnosisProblem, Posterior]:
-    """The surface as a process beneath the posture of an estimate, whose heights leave waves too short for its modes.
+    """Return the surface as a process beneath the posture of an estimate, whose heights leave waves too short for its
+    modes.
 
     It stays that for all that is compared after.  Taken again from the heights with each explanation, these waves make
     up for what it does to the snow, and a bump that is not there gained 12 in log evidence.
@@ -242,7 +243,7 @@ def noise_whitener(problem: DiagnosisProblem, state: State, levels: NoiseLevels,
 
 
 def linear_model(problem: DiagnosisProblem, state: State, fit: Refit) -> LinearModel:
-    """Measurements less prediction about a fit, as if every parameter still stood at its prior mean."""
+    """Return measurements less prediction about a fit, as if every parameter still stood at its prior mean."""
     residual = problem.measurements.measured - fit.predicted + fit.sensitivity @ fit.pulls
     nuisances = state.nuisances
     free = nuisances.fixed.with_more(fit.sensitivity, fit.scales)
@@ -259,7 +260,7 @@ def fitted_run(problem: DiagnosisProblem, state: State, fit: Refit) -> FittedRun
 
 
 def _reduced_prediction(problem: DiagnosisProblem, state: State, fit: Refit) -> Array:
-    """(N,) what the instruments would measure of a fit, by the reduced model alone."""
+    """Return what the instruments would measure of a fit, (N,), by the reduced model alone."""
     return fit.predicted - state.offset(problem.place(fit.model)[1])
 
 
@@ -269,13 +270,13 @@ def get_or_make(problem: DiagnosisProblem, key: str, make: Callable[[], Arrays],
 
 
 def _full_surplus(problem: DiagnosisProblem, model: Model) -> Array:
-    """(N,) what the full model predicts beyond the reduced one."""
+    """Return what the full model predicts beyond the reduced one, (N,)."""
     full = problem.measurements.predict(model, judging_run(model, problem.motion, problem.cache))
     return full - problem.measurements.predict(model, simulate_reduced(model, problem.prepared))
 
 
 def _nuisances(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[NumberRef]) -> Nuisances:
-    """``nuisances_of``, kept in the cache."""
+    """Return ``nuisances_of``, kept in the cache."""
 
     def run() -> Arrays:
         made = nuisances_of(problem, model, sizes, fitted)

@@ -182,8 +182,8 @@ def meet_snow(parameters, sections, edges, foot, bent, m, kept):
 
 @njit(cache=True, error_model="numpy")
 def bent_tangent(edges, sections, m, low, r, q0, q1):
-    """An edge's tangent in the foot's frame, and what a twist of the ski adds to it, a unit of rad/m: an edge that lies
-    aside of the axis rises or falls along a ski that twists.
+    """Return an edge's tangent in the foot's frame, and what a twist of the ski adds to it, a unit of rad/m.  An edge
+    that lies off the axis rises or falls along a ski that twists.
 
     r, q0, q1 : quaternions of the section and of its element's nodes
     """
@@ -194,8 +194,8 @@ def bent_tangent(edges, sections, m, low, r, q0, q1):
 
 @njit(cache=True, error_model="numpy")
 def boot_angles(turn, pitched):
-    """Yaw, roll and pitch (rad), in this order, that turn the foot's axes into a quaternion's, and the vectors by which
-    a spin makes the rates of each: that about which one turns where the other two keep.
+    """Return yaw, roll and pitch (rad), in this order, that turn the foot's axes into a quaternion's, and one vector
+    for each: a spin times it is the angle's rate.
 
     pitched : rad of pitch that the unloaded ski has
     """
@@ -245,8 +245,8 @@ def moving_foot(sections, at, pelvis, speed, ski):
 
 @njit(cache=True, error_model="numpy")
 def carved_forces(parameters, q, v, ref, sections, carved, carrier, at, filled):
-    """Generalised forces of all terms, of the skis' structural damping, of their weight and inertia and of what holds
-    them at the boot.
+    """Fill in the generalised forces of all terms, of the skis' damping, weight and inertia, and of what holds them at
+    the boot.
 
     carved : ``CarvedSkis``, of which what the step would leave is written;  all else as in ``forces_kernel``
     """
@@ -398,7 +398,7 @@ def section_block(parameters, sections, carved, foot, bent, ski, m, by, room):
 
 @njit(cache=True, error_model="numpy")
 def carved_jacobian(parameters, q, v, ref, sections, carved, carrier, at, by, triplets):
-    """Triplets of −(by_place ∂out/∂q + by_rate ∂out/∂v) for Newton's method; returns their number.
+    """Fill in triplets of −(by_place ∂out/∂q + by_rate ∂out/∂v) for Newton's method; return their number.
 
     carved : ``CarvedSkis``;  by : by_place, by_rate
 

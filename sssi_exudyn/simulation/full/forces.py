@@ -59,7 +59,7 @@ def choose_backend(backend: Backend) -> Backend:
 
 
 def kernel_of(terms: Sequence[Term], backend: Backend) -> tuple[Any, LawParameters]:
-    """The functions of the force pass for ``terms``, as ``kernel`` names them, and the parameters they take.
+    """Return the functions of the force pass for ``terms``, as ``kernel`` names them, and the parameters they take.
 
     The Jacobian is the kernel's in every back end, as machine code where Numba works: it steers Newton's method, not
     the result, and is wanted far less often than forces.
@@ -128,19 +128,19 @@ class Forces:
         return self._found.body
 
     def evaluate(self, q: Array, v: Array, at: Instant) -> Array:
-        """Generalised forces on all coordinates (a buffer that the next call overwrites); fills ``seen``, ``drag``,
-        ``body``.
+        """Return the generalised forces on all coordinates (a buffer that the next call overwrites); fill ``seen``,
+        ``drag``, ``body``.
         """
         self._kernel.forces(self._parameters, q, v, self.ref, self._sections, self._carrier, at, self._found)
         return self.out
 
     def foot_axes(self, place: Array, rotation: Array) -> tuple[Array, Array, float]:
-        """Forward and left axes (3,) of a foot in the snow's tangent plane, and the ski's edge angle (rad)."""
+        """Return forward and left axes (3,) of a foot in the snow's tangent plane, and the ski's edge angle (rad)."""
         along, across, edge = self._kernel.foot_axes(self._parameters, self._sections.surface, place, rotation)
         return np.array(along), np.array(across), edge
 
     def triplets(self, q: Array, v: Array, at: Instant, by_place: float, by_rate: float) -> Array:
-        """Sparse triplets (k, 3) of −(by_place ∂f/∂q + by_rate ∂f/∂v), after an ``evaluate`` near by."""
+        """Return sparse triplets (k, 3) of −(by_place ∂f/∂q + by_rate ∂f/∂v), after an ``evaluate`` near by."""
         count = self._kernel.jacobian(
             self._parameters, q, v, self.ref, self._sections, self._carrier, at, self.seen, by_place, by_rate,
             self._triplets,
@@ -225,7 +225,7 @@ class CoupledMass:
             self._triplets = np.vstack([self._triplets, np.column_stack([at, at, 4.0 * np.tile(held[1], 2)])])
 
     def matrix(self, foot_rotation: Array) -> Any:
-        """The sparse matrix for the feet's rotations (2, 3, 3)."""
+        """Return the sparse matrix for the feet's rotations (2, 3, 3)."""
         values = (self._mass * foot_rotation[:, None]).ravel()
         values[values == 0.0] = np.finfo(np.float64).tiny  # Exudyn's sparse matrices take no zeros
         self._triplets[self._coupled, 2] = np.concatenate([values, values])

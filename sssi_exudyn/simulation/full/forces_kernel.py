@@ -80,8 +80,9 @@ def add_wrench(out, i, share, q, force, torque):
 
 @njit(cache=True, error_model="numpy")
 def section(q, v, ref, base, element, xi):
-    """Frame (place, quaternion) and velocities (linear, angular) at a share of an element of the ski that starts at
-    ``base``, with its nodes' quaternions."""
+    """Return frame (place, quaternion) and velocities (linear, angular) at a share of an element, with its nodes'
+    quaternions.  The ski's coordinates start at ``base``.
+    """
     i = base + NODE * element
     j = i + NODE
     p0 = (q[i] + ref[i], q[i + 1] + ref[i + 1], q[i + 2] + ref[i + 2])
@@ -95,15 +96,15 @@ def section(q, v, ref, base, element, xi):
 
 @njit(cache=True, error_model="numpy")
 def edge_arms(frame, p, r, offset):
-    """An edge's point: its arm from the section in the foot's frame, and from the foot in the slope's."""
+    """Return an edge's point: its arm from the section in the foot's frame, and from the foot in the slope's."""
     arm = rotate(r, offset)
     return arm, out_of(frame, plus(p, arm))
 
 
 @inlined
 def edge_in_snow(parameters, under, shaped, foot, posed, offset):
-    """An edge's point: its arm from the section in the foot's frame, its depth, and where it is in the snow the rate
-    at which it sinks and the snow's normal.
+    """Return an edge's point: its arm from the section in the foot's frame and its depth; in the snow also the rate at
+    which it sinks and the snow's normal.
 
     foot : place, velocity, rotation (3, 3) and spin;  posed : as ``section`` gives it;  shaped : as in ``snow_over``
     """
@@ -120,14 +121,14 @@ def edge_in_snow(parameters, under, shaped, foot, posed, offset):
 
 @njit(cache=True, error_model="numpy")
 def foot_now(at, pelvis, speed, ski):
-    """Place, velocity, rotation (3, 3) and spin of a foot of a pelvis at a place, moving at ``speed``."""
+    """Return place, velocity, rotation (3, 3) and spin of a foot of a pelvis at a place, moving at ``speed``."""
     place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
     return place, velocity, at.foot_rotation[ski], three(at.foot_spin[ski], 0)
 
 
 @njit(cache=True, error_model="numpy")
 def add_to_tree(out, sign, force, jacobian):
-    """A force (3) on the point whose velocity is the pelvis' plus jacobian (3, 28) times the angles' rates."""
+    """Add a force (3) on the point whose velocity is the pelvis' plus jacobian (3, 28) times the angles' rates."""
     for k in range(3):
         out[k] += force[k]
     for i in range(len(sign) - 3):
@@ -136,7 +137,7 @@ def add_to_tree(out, sign, force, jacobian):
 
 @njit(cache=True, error_model="numpy")
 def ski_inertia(q, v, ref, base, sections, gravity, frame, spin_in, spin_rate, acceleration, out):
-    """Weight and forces of inertia of one ski's nodes but for the pelvis' own acceleration, and their sum on the
+    """Add weight and forces of inertia of one ski's nodes, without the pelvis' own acceleration, and their sum on the
     pelvis.
 
     gravity (3,) and acceleration (3,) of the foot relative to the pelvis in the slope frame; spin_in, spin_rate in the
@@ -208,7 +209,7 @@ def push_skier(parameters, carrier, at, pelvis, speed, filled):
 
 @njit(cache=True, error_model="numpy")
 def forces(parameters, q, v, ref, sections, carrier, at, filled):
-    """Generalised forces of all terms, of the skis' structural damping and of their weight and inertia.
+    """Fill in the generalised forces of all terms, of the skis' structural damping and of their weight and inertia.
 
     q, v, ref : (s + 2·7·(n + 1),);  sections : ``Sections``;  carrier : ``Carrier``;  at : ``Instant``
     filled : ``ForcePass``, which is filled
@@ -266,7 +267,7 @@ def press_sections(parameters, q, v, ref, base, sections, foot, out, seen):
 
 @inlined
 def rub(parameters, sections, foot, t, ski, seen):
-    """The friction (3) on a foot, in N, of whose ski ``seen`` (11,) has load and groove."""
+    """Return the friction (3) on a foot, in N, of whose ski ``seen`` (11,) has load and groove."""
     at, velocity, frame, _ = foot
     along, across, edge = foot_axes(parameters, sections.surface, at, frame)
     v_t, v_n = dot(velocity, along), dot(velocity, across)
@@ -332,7 +333,7 @@ def skier_triplets(parameters, carrier, at, pelvis, speed, tree, by_rate, triple
 
 @njit(cache=True, error_model="numpy")
 def jacobian(parameters, q, v, ref, sections, carrier, at, seen, by_place, by_rate, triplets):
-    """Triplets of −(by_place ∂out/∂q + by_rate ∂out/∂v) for Newton's method; returns their number.
+    """Fill in triplets of −(by_place ∂out/∂q + by_rate ∂out/∂v) for Newton's method; return their number.
 
     Kept: contact stiffness and damping along the normal between the nodes of a section and the pelvis, structural
     damping, friction and drag by velocity.  Left out, as they only cost iterations: the turning of the contact's

@@ -45,19 +45,19 @@ class Laws(Protocol):
     """The force laws of a model, each over arrays of one shape or over numbers."""
 
     def point(self, depth: Array, rate: Array, length: Array) -> Array:
-        """(m,) normal forces (N) of points in the snow."""
+        """Return the normal forces (m,) N of points in the snow."""
 
     def foot(self, *state: Array) -> tuple[Array, Array]:
-        """Along and across (N), each (2,); arguments (2,) as ``FootState`` has them."""
+        """Return friction along and across (N), each (2,); arguments (2,) as ``FootState`` has them."""
 
     def segments(self, t: float, f: float, l: float, velocity: Array, area: Array, facing: Array) -> Array:  # noqa: E741
-        """(k, 3) N on segments of velocity (k, 3), area (k,) and facing (k, 3, 3)."""
+        """Return the force (k, 3) N on segments of velocity (k, 3), area (k,) and facing (k, 3, 3)."""
 
     def body(self, t: float, f: float, l: float, velocity: Array) -> Array:  # noqa: E741
-        """(3,) N."""
+        """Return the force (3,) N on the centre of mass."""
 
     def terrain(self, f: Array, l: Array) -> tuple[Array, Array, Array]:  # noqa: E741
-        """Height (m) and slopes at places, each of the places' shape."""
+        """Return the height (m) and slopes at places, each of the places' shape."""
 
 
 class ArrayLaws:
@@ -90,14 +90,14 @@ class ArrayLaws:
 
 
 def six_of(facing: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """The six numbers of symmetric matrices (…, 3, 3), as ``SegmentState`` has them."""
+    """Return the six numbers of symmetric matrices (…, 3, 3), as ``SegmentState`` has them."""
     rows, columns = np.triu_indices(3)
     ff, fl, fn, ll, ln, nn = np.moveaxis(facing[..., rows, columns], -1, 0)
     return ff, fl, fn, ll, ln, nn
 
 
 def _columns(parts: Sequence[Any], shape: tuple[int, ...]) -> Array:
-    """Arrays and numbers, as a law gives them, on an array's last axis."""
+    """Put arrays and numbers, as a law gives them, on an array's last axis."""
     columns = np.empty(shape)
     for k, part in enumerate(parts):
         columns[..., k] = part
@@ -208,7 +208,7 @@ class ArrayKernel:
         torque += np.stack(turning, axis=1) @ weights
 
     def _friction(self, seen: Array, t: float, feet: Feet, under: Array) -> Array:
-        """(2, 3) N on the feet, over patches (8, 2)."""
+        """Return the friction (2, 3) N on the feet, over patches (8, 2)."""
         f, l = feet.place[:, 0], feet.place[:, 1]  # noqa: E741
         _, normal = self._ground(under, f, l)
         along, across, edge = ski_axes(_MATH, normal, np.moveaxis(feet.rotation, 0, -1))
@@ -221,7 +221,7 @@ class ArrayKernel:
         return np.stack(plus(times(f_t, along), times(f_n, across)), axis=1)
 
     def _ground(self, under: Array, f: Array, l: Array) -> tuple[Array, Vector]:  # noqa: E741
-        """Height and the components of the unit normal of the snow at places, each of the places' shape.
+        """Return the height and the components of the unit normal of the snow at places, each of the places' shape.
 
         under : (8, …) patches near the places
         """
@@ -233,7 +233,7 @@ class ArrayKernel:
 def _inertia(
     nodes: Array, rates: Array, back: Array, spin: Array, spin_rate: Array, fall: Array, mass: Array, moment: Array
 ) -> tuple[Array, Array]:
-    """Weight and forces of inertia of the skis' nodes: force and torque, each (2, 3, n), in the feet's frames.
+    """Return weight and forces of inertia of the skis' nodes: force and torque, each (2, 3, n), in the feet's frames.
 
     back : (2, 3, 3) turns into the feet's frames;  fall : (2, 3) gravity less the feet's acceleration
     """
@@ -256,7 +256,7 @@ def _damp(seen: Array, turns: Array, spins: Array, torque: Array, damping: Array
 
 
 def _add_to_tree(out: Array, sign: Array, force: Array, jacobian: Array) -> None:
-    """Forces (k, 3) on points whose velocities are the pelvis' plus jacobian (k, 3, 28) times the angles' rates."""
+    """Add forces (k, 3) on points whose velocities are the pelvis' plus jacobian (k, 3, 28) times the angles' rates."""
     out[:3] += force.sum(axis=0)
     count = len(sign) - 3
     if count:
@@ -264,7 +264,7 @@ def _add_to_tree(out: Array, sign: Array, force: Array, jacobian: Array) -> None
 
 
 def _skew(a: Array) -> Array:
-    """(k, 3, 3) matrices that take the cross product from the left with vectors (k, 3)."""
+    """Return matrices (k, 3, 3) that take the cross product from the left with vectors (k, 3)."""
     matrix = np.zeros((len(a), 3, 3))
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
@@ -273,7 +273,9 @@ def _skew(a: Array) -> Array:
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Cross products (2, 3, k) of as many a and of b that broadcast to them; NumPy's own takes three times as long."""
+    """Return cross products (2, 3, k) of as many a and of b that broadcast to them; NumPy's own takes three times as
+    long.
+    """
     product: Array = np.empty_like(a)
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
@@ -286,19 +288,19 @@ def _conjugate(q: Array) -> Array:
 
 
 def _rotate(q: Array, v: Array) -> Array:
-    """Vectors (2, 3, k) turned by quaternions (2, 4, k)."""
+    """Turn vectors (2, 3, k) by quaternions (2, 4, k)."""
     once = 2.0 * _cross(q[:, 1:], v)
     return np.asarray(v + q[:, :1] * once + _cross(q[:, 1:], once))
 
 
 def _spin(q: Array, rate: Array) -> Array:
-    """(2, 3, k) 2 E(q) q̇."""
+    """Return the spin (2, 3, k) 2 E(q) q̇."""
     swept = q[:, :1] * rate[:, 1:] - rate[:, :1] * q[:, 1:] + _cross(q[:, 1:], rate[:, 1:])
     return np.asarray(2.0 * swept)
 
 
 def _on_quaternion(q: Array, torque: Array) -> Array:
-    """(2, 4, k) 2 E(q)ᵀ τ."""
+    """Return the generalised force (2, 4, k) 2 E(q)ᵀ τ."""
     scalar = -np.sum(q[:, 1:] * torque, axis=1, keepdims=True)
     return np.asarray(2.0 * np.concatenate([scalar, q[:, :1] * torque - _cross(q[:, 1:], torque)], axis=1))
 
@@ -310,7 +312,9 @@ def _product(a: Array, b: Array) -> Array:
 
 
 def _between(first: Array, second: Array, share: Array) -> tuple[Array, Array]:
-    """Places (2, 3, m) and quaternions (2, 4, m) at shares (m,) of the screw motions from nodes (2, 7, m) to others."""
+    """Return places (2, 3, m) and quaternions (2, 4, m) at shares (m,) of the screw motions from nodes (2, 7, m) to
+    others.
+    """
     q0 = first[:, 3:]
     apart = second[:, :3] - first[:, :3]
     back = _conjugate(q0)

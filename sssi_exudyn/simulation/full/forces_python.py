@@ -26,8 +26,8 @@ from sssi_exudyn.terrain import surface
 
 
 def interpreted_kernel(terms: Sequence[Term], template: ModuleType) -> Any:
-    """A namespace with the functions of ``template`` for ``terms``, none of them compiled: as ``compile_kernel``'s
-    module.
+    """Return a namespace with the functions of ``template`` for ``terms``, none of them compiled: as
+    ``compile_kernel``'s module.
     """
     module = compile_kernel(point, ground_kernel, template)
     kernels = {used.__name__ for used in (maths, vectors, surface, module)}
@@ -42,7 +42,7 @@ def interpreted_kernel(terms: Sequence[Term], template: ModuleType) -> Any:
 
 
 def _laws(terms: Sequence[Term]) -> dict[str, Callable[..., Any]]:
-    """The laws under the names and with the arguments that kernels call them by (see ``compiled``)."""
+    """Return the laws under the names and with the arguments that kernels call them by (see ``compiled``)."""
     math = FloatMath()
 
     def point_force(_: Any, depth: float, rate: float, length: float) -> Any:

@@ -130,7 +130,7 @@ class SymbolicLaws:
 
 
 def _in_symbols(tape: Tape, outputs: Sequence[Operand], symbols: dict[Node, Number]) -> list[Number]:
-    """The tape's outputs, its operations done on Exudyn's symbols."""
+    """Return the tape's outputs, its operations done on Exudyn's symbols."""
     math = SymbolicMath()
     known = dict(symbols)
 
@@ -180,7 +180,7 @@ class RecordedLaw:
         self._size = len(symbols[0])
 
     def __call__(self, *columns: Array | float) -> Array:
-        """(k, outputs) for arguments of which the last is an array (k,) or all are numbers."""
+        """Return (k, outputs) for arguments of which the last is an array (k,) or all are numbers."""
         count, rows = np.size(columns[-1]), len(self._block)
         outputs: Array = np.empty((count, self._size))
         given = np.empty((-(-count // rows) * rows, len(columns)))

@@ -32,7 +32,7 @@ class FullHeading:
         self._whole: WholeBody
 
     def ahead(self, captured: PostureTable, row: int) -> PostureTable:
-        """The posture of a row, turned as it will be then: a table of one row."""
+        """Return the posture of a row, turned as it will be then: a table of one row."""
         one = captured.rows(np.array([row]))
         self._whole = whole_body(one, self._parts.body_mass, self._parts.ski)
         step = float(one.time[0]) - self._accepted
@@ -58,5 +58,5 @@ class FullHeading:
         return np.array(self._trial)
 
     def _now(self) -> tuple[float, float]:
-        """Inertia (kg m²) of skier and skis about the vertical, and their captured momentum (N m s)."""
+        """Return the inertia (kg m²) of skier and skis about the vertical, and their captured momentum (N m s)."""
         return float(self._up @ self._whole.inertia[0] @ self._up), float(self._up @ self._whole.momentum[0])

@@ -75,7 +75,8 @@ def simulate(
 
 
 def antenna_path(model: Model, motion: Motion) -> tuple[Array, Array]:
-    """Times (n,) s and places (n, 3) m of the antenna along the whole motion, without the tree: all that a fit needs.
+    """Return times (n,) s and places (n, 3) m of the antenna along the whole motion, without the tree: all that a fit
+    needs.
 
     Raises SimulationDiverged as ``simulate`` does, ValueError for a motion without an antenna.
     """
@@ -142,14 +143,15 @@ def _last_state(parts: Parts, result: SimulationResult) -> str:
 
 
 def _fastest(parts: Parts, time: float) -> tuple[str, float]:
-    """The prescribed coordinate that turns fastest, and its rate (rad/s)."""
+    """Return the prescribed coordinate that turns fastest, and its rate (rad/s)."""
     rates = parts.motion.evaluate(np.array([time]))[1][0]
     index = int(np.argmax(np.abs(rates)))
     return PRESCRIBED[index], float(rates[index])
 
 
 def _start_of_pelvis(parts: Parts, posture: PostureTable) -> tuple[Array, Array]:
-    """Place and velocity of the pelvis (3,) that put the antenna, or itself without one, where the model's start says.
+    """Return place and velocity of the pelvis (3,) that put the antenna, or the pelvis without one, where the model's
+    start says.
 
     The height is a first guess (both feet's mean on the snow); the velocity along the normal is ``settle``'s.
     """
@@ -164,7 +166,7 @@ def _start_of_pelvis(parts: Parts, posture: PostureTable) -> tuple[Array, Array]
 
 
 def settle(parts: Parts, posture: PostureTable, pelvis: Array, velocity: Array) -> Array:
-    """Coordinates (total values) of pelvis and skis at rest on the snow, loaded as at the start of the run.
+    """Return coordinates (total values) of pelvis and skis at rest on the snow, loaded as at the start of the run.
 
     The load along the normal is the weight's share plus what lifts the centre of mass as the posture does at the start.
     ``velocity`` (3,) is completed in place: along the normal the pelvis goes so that the feet, weighted by their loads,
@@ -191,7 +193,9 @@ def settle(parts: Parts, posture: PostureTable, pelvis: Array, velocity: Array) 
 
 
 def _rest(system: System, parts: Parts) -> Array:
-    """Coordinates without reference in which the standing system comes to rest; it starts from there the next time."""
+    """Return the coordinates without reference in which the standing system comes to rest; it starts from there the
+    next time.
+    """
     steps = CARVED_SETTLING_STEPS if parts.is_carved else SETTLING_STEPS
     settings = _settings(parts.model, 0.0, SETTLING, steps)
     settings.timeIntegration.generalizedAlpha.spectralRadius = 0.0
@@ -223,7 +227,7 @@ def _settings(model: Model, start: float, stop: float, steps: int) -> Any:
 
 
 def _solve(mbs: Any, settings: Any, solver: Any) -> str:
-    """Solve; "" or what stopped the solver.
+    """Solve; return "" or what stopped the solver.
 
     Exudyn wraps whatever is raised in a callback into an error of its own, an interrupt from the keyboard too.
     """

@@ -28,7 +28,7 @@ from sssi_exudyn.simulation.result import EdgeSeries, SimulationResult, SnowWren
 
 
 def result_from_record(parts: Parts, posture: PostureTable, system: System, record: Record) -> SimulationResult:
-    """Time series of everything from the recorded states; ``posture`` is the table the run was fed with."""
+    """Return time series of everything from the recorded states; ``posture`` is the table the run was fed with."""
     time = np.array(record.time)
     q, v = record.q, record.v
     rows = np.searchsorted(posture.time, time - 1e-9)
@@ -218,7 +218,7 @@ def _series_of_edges(feet: Array, heading: Array) -> EdgeSeries:
 
 
 def _first_axis(q: Array) -> Array:
-    """(…, 3) the first axis of quaternions (…, 4)."""
+    """Return the first axis (…, 3) of quaternions (…, 4)."""
     w, x, y, z = np.moveaxis(q, -1, 0)
     return np.stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)], axis=-1)
 
@@ -228,7 +228,7 @@ def _integral(power: Array, time: Array) -> Array:
 
 
 def _inverse_dynamics(parts: Parts, posture: PostureTable, rows: NDArray[np.intp], record: Record) -> Array:
-    """(n, 28) N m that move the skier without skis as recorded, gravity apart from all other forces."""
+    """Return the moments (n, 28) N m that move the skier without skis as recorded, gravity apart from other forces."""
     return joint_moments(
         parts.motion.geometry,
         parts.inertias,
@@ -253,7 +253,7 @@ def _of_points(posture: PostureTable, rows: NDArray[np.intp], friction: Array, d
 def _from_skis(
     parts: Parts, posture: PostureTable, rows: NDArray[np.intp], nodes: Array, clamps: Array, turned: Array
 ) -> tuple[Array, Array]:
-    """(n, 2, 3) N and N m in the slope frame: what the skis do to the feet, about the feet's places.
+    """Return what the skis do to the feet about the feet's places, (n, 2, 3) N and N m in the slope frame.
 
     clamps (n, 2, 6): force on the clamped node (foot's frame) and on three of its quaternion's components.
     turned (n, 2, 3): a further moment on that node, N m in the foot's frame.
@@ -268,7 +268,7 @@ def _from_skis(
 
 
 def _of_wrenches(posture: PostureTable, rows: NDArray[np.intp], force: Array, torque: Array) -> Array:
-    """(n, 28) N m: what forces on the feet's places and torques, (n, 2, 3), do to the prescribed coordinates."""
+    """Return (n, 28) N m that forces on the feet's places and torques, (n, 2, 3), do to the prescribed coordinates."""
     moments = np.einsum("nsck,nsc->nk", posture.foot_jacobian[rows], force)
     return np.asarray(moments + np.einsum("nsck,nsc->nk", posture.foot_turning[rows], torque))
 
@@ -276,7 +276,7 @@ def _of_wrenches(posture: PostureTable, rows: NDArray[np.intp], force: Array, to
 def _edging(
     parts: Parts, posture: PostureTable, rows: NDArray[np.intp], pull: Array, force: Array, torque: Array
 ) -> Array:
-    """(n, 2) N m that the shanks do to the feet about their long axes at the ankles.
+    """Return the moments (n, 2) N m of the shanks on the feet about their long axes at the ankles.
 
     force, torque (n, 2, 3) are what friction and skis do to the feet at their places, pull (n, 3) m/s² is the pelvis'
     acceleration; the foot with its boot, a rigid body, takes the rest.
@@ -302,7 +302,7 @@ def _edging(
 
 
 def _ski_spinning(parts: Parts, nodes: Array, rates: Array, carried: Array) -> Array:
-    """(n,) J: energy of the nodes' spin; ``carried`` (n, 2, 3) is the feet's spin in their own frame."""
+    """Return the energy (n,) J of the nodes' spin; ``carried`` (n, 2, 3) is the feet's spin in their own frame."""
     scalar, vector = nodes[..., 3:4], nodes[..., 4:]
     local = 2.0 * (scalar * rates[..., 4:] - rates[..., 3:4] * vector + np.cross(vector, rates[..., 4:]))
     total = local + carried[:, :, None]
@@ -310,7 +310,8 @@ def _ski_spinning(parts: Parts, nodes: Array, rates: Array, carried: Array) -> A
 
 
 def _strains(nodes: Array) -> Array:
-    """(…, e, 6) SE(3) logarithm of each element's relative pose: stretch along x, y, z (m), turn about x, y, z (rad).
+    """Return the SE(3) logarithm (…, e, 6) of each element's relative pose: stretch along x, y, z (m), turn about x, y,
+    z (rad).
 
     nodes (…, e + 1, 7): place and unit quaternion, of one sign along a ski.
     """
@@ -330,14 +331,14 @@ def _strains(nodes: Array) -> Array:
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """(…, 3); NumPy's own takes twice the time for arrays of this size."""
+    """Return the cross product (…, 3); NumPy's own takes twice the time for arrays of this size."""
     x, y, z = np.moveaxis(a, -1, 0)
     u, v, w = np.moveaxis(b, -1, 0)
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
 
 
 def _ski_elastic(cut: BeamMesh, nodes: Array) -> Array:
-    """(n,) J of both skis: ½ Σ εᵀ C ε L with the strains of the unloaded ski taken off."""
+    """Return the energy (n,) J of both skis: ½ Σ εᵀ C ε L with the strains of the unloaded ski taken off."""
     reference = np.hstack([cut.node_position, Rotation.from_matrix(cut.node_rotation).as_quat(scalar_first=True)])
     unloaded = _strains(reference)
 

@@ -91,7 +91,7 @@ def add_air_parameters(parameters, motion, inputs, n, e, x, v, begun, by, by_air
 
 @njit(cache=True, error_model="numpy")
 def add_body_parameters(parameters, motion, inputs, n, x, v, begun, by, by_body, to):
-    """The same of the force on the centre of mass."""
+    """Add the same of the force on the centre of mass."""
     columns, row_of_values = inputs.columns, -1
     for i in range(columns.body.shape[0]):
         column = columns.body[i]

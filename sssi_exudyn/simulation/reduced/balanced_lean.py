@@ -68,7 +68,9 @@ class Balanced:
 
 
 def roll_left_over(done: Carved) -> Array:
-    """(n,) N m that posture and snow leave over about the way of the centre of mass, > 0 to the right."""
+    """Return the moment (n,) N m that posture and snow leave over about the path of the centre of mass, > 0 to the
+    right.
+    """
     at, series = done.at, done.series
     whole = at.whole_body()
     arm = at.foot_place - whole.place[:, None]
@@ -80,7 +82,7 @@ def roll_left_over(done: Carved) -> Array:
 
 
 def lean_by(model: Model, time: Array, lean: Array) -> Model:
-    """The model with a posture that leans by ``lean`` (k,) rad at ``time`` (k,) s besides, > 0 to the right."""
+    """Return the model with a posture that also leans by ``lean`` (k,) rad at ``time`` (k,) s, > 0 to the right."""
     known = model.posture
     instants = time if known is None else np.union1d(time, known.time)
     angles = np.zeros((len(instants), len(PRESCRIBED))) if known is None else known.at(instants)
@@ -97,7 +99,8 @@ def balance(
     begin: Balanced | None = None,
     progress: Progress | None = None,
 ) -> Balanced:
-    """The lean that balances a run of the reduced model from the motion's start to ``stop`` (s; its end if None).
+    """Return the lean that balances a run of the reduced model from the motion's start to ``stop`` (s; its end if
+    None).
 
     joint : as in ``carved_run``;  begin : what was found for much the same model over the same time, whose lean and
     derivatives the search begins with; the model is to be without that lean.

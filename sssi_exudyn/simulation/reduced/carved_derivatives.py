@@ -43,7 +43,7 @@ class CarvedLinearisation:
         self._turning = _turning(self.done)
 
     def derivatives(self, directions: Sequence[Direction]) -> tuple[ReducedRun, dict[str, Array]]:
-        """The run, and of each of its fields the derivatives in those directions."""
+        """Return the run, and of each of its fields the derivatives in those directions."""
         done, kernel = self.done, carving_module()
         order = sorted(range(len(directions)), key=lambda i: rank(directions[i].tables))
         captured, own = [directions[i] for i in order], len(self._turning)
@@ -84,7 +84,7 @@ class CarvedLinearisation:
 
 
 def _heading_slopes(done: Carved, turning: Sequence[Direction], captured: Sequence[Direction]) -> HeadingSlopes:
-    """What the numbers change of the heading's tables, those of the heading first; nothing where it is captured."""
+    """Return what the numbers change of the heading's tables, the heading's own first; nothing where it is captured."""
     at, count, own = done.captured, len(done.at.time), len(turning)
     if not own:
         return HeadingSlopes(*np.zeros((2, count, 0)), *np.zeros((2, count, 3, 0)))
@@ -108,7 +108,7 @@ def _heading_slopes(done: Carved, turning: Sequence[Direction], captured: Sequen
 
 
 def _turning(done: Carved) -> tuple[Direction, ...]:
-    """The heading that was found, its rate and its acceleration as numbers; none where it is the captured one."""
+    """Return the solved heading, its rate and its acceleration as numbers; none where it is the captured one."""
     if not done.heading.found:
         return ()
     at, steps = done.captured, done.heading.angle + 1j * STEP * np.eye(3)[:, None]
@@ -116,7 +116,7 @@ def _turning(done: Carved) -> tuple[Direction, ...]:
 
 
 def _turned(done: Carved, direction: Direction) -> Direction:
-    """The direction with its tables turned as the run was."""
+    """Return the direction with its tables turned as the run was."""
     if direction.tables is None or not done.heading.found:
         return direction
     return replace(direction, tables=direction.tables.turn(Turn.of(done.at.up, done.heading.angle)))

@@ -107,16 +107,16 @@ class Carved:
         return len(self.system.ski.omega)
 
     def fresh_snow(self) -> Groove:
-        """What the snow remembers before the start: nothing."""
+        """Return what the snow remembers before the start: nothing."""
         return Groove.fresh(2, 2, self.points)
 
     def work(self) -> CarvedWork:
-        """Room for the kernel."""
+        """Make room for the kernel."""
         return CarvedWork.room(EdgeWork.room(self.points, self.modes), self.modes)
 
 
 def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = None) -> CarvedRun:
-    """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
+    """Simulate a run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails later."""
     done = carved_run(model, prepared, joint)
     series = done.series
     given = series.bent[..., 2:] @ done.system.ski.give.T
@@ -134,7 +134,7 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
 
 
 def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None) -> Carved:
-    """One run with all that it was made of.  Raises SimulationDiverged as ``simulate_carved`` does."""
+    """Simulate a run; return all that it was made of.  Raises SimulationDiverged as ``simulate_carved`` does."""
     at, kernel = prepared.correct_capture(model), carving_module()
     system = _carved_system(model, at, joint or boot_joint(model.equipment))
     points, modes = len(system.ski.width), len(system.ski.omega)
@@ -157,7 +157,7 @@ def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None)
 
 
 def _carved_system(model: Model, at: Prepared, joint: BootJoint) -> CarvedSystem:
-    """Laws, skis, joints and posture as the kernel takes them; coarser skis for coarse steps."""
+    """Return laws, skis, joints and posture as the kernel takes them; coarser skis for coarse steps."""
     coarse = at.step > 0.5 * (CARVED_STEP + COARSE_CARVED_STEP)
     points, fast, order = (COARSE_POINTS, COARSE_MODES, COARSE_ORDER) if coarse else (POINTS, MODES, ORDER)
     cut = mesh(model.ski, contacts=points, cutting=True)
@@ -176,7 +176,7 @@ def _carved_system(model: Model, at: Prepared, joint: BootJoint) -> CarvedSystem
 
 
 def _kernel_joint(joint: BootJoint, cut: BeamMesh) -> Joint:
-    """The joint as the kernel takes it, at rest where the capture has the foot."""
+    """Return the joint as the kernel takes it, at rest where the capture has the foot."""
     stiffness, damping = joint.stiffness, joint.damping
     return Joint(
         stiffness=stiffness[:2],
@@ -188,7 +188,7 @@ def _kernel_joint(joint: BootJoint, cut: BeamMesh) -> Joint:
 
 
 def _kernel_heading(model: Model, at: Prepared) -> FoundHeading:
-    """The skier's heading as the kernel takes it, its tables not shared with others."""
+    """Return the skier's heading as the kernel takes it, its tables not shared with others."""
     held, whole = model.heading, at.whole_body()
     return FoundHeading(
         found=int(held.is_found),
@@ -207,7 +207,7 @@ def _kernel_heading(model: Model, at: Prepared) -> FoundHeading:
 
 
 def _copy_turned(motion: PrescribedMotion) -> PrescribedMotion:
-    """The posture with copies of all that a heading turns."""
+    """Return the posture with copies of all that a heading turns."""
     names = ("foot_place", "foot_velocity", "foot_rotation", "foot_spin", "exposed_velocity", "exposed_facing")
     more = ("ski_acceleration", "ski_turning", "com_place", "com_velocity", "carried")
     return motion._replace(**{name: getattr(motion, name).copy() for name in (*names, *more)})
@@ -235,7 +235,7 @@ def _empty_series(count: int, modes: int) -> CarvedSeries:
 
 
 def reduced_run_of(done: Carved) -> ReducedRun:
-    """The run that the kernel filled, as every run of the reduced model."""
+    """Return the run that the kernel filled, as every run of the reduced model."""
     series, at = done.series, done.at
     yaw, foot = series.bent[..., 0], at.foot_rotation
     forward = np.cos(yaw)[..., None] * foot[..., 0] + np.sin(yaw)[..., None] * foot[..., 1]

@@ -115,7 +115,7 @@ class CarvedState(NamedTuple):
 
     @classmethod
     def begin(cls, place: Array, velocity: Array, bent: Array) -> CarvedState:
-        """The state at the start, which keeps none of these arrays."""
+        """Return the state at the start, which keeps none of these arrays."""
         still = np.zeros_like(bent)
         return cls(
             place.copy(), velocity.copy(), np.zeros(3), bent.copy(), still, bent.copy(), still.copy(),
@@ -143,7 +143,7 @@ class CarvedWork(NamedTuple):
 
     @classmethod
     def room(cls, edges: Any, modes: int) -> CarvedWork:
-        """Room for a ski of so many vibrations, whose edges have ``EdgeWork``."""
+        """Make room for a ski of so many vibrations, whose edges have ``EdgeWork``."""
         axes, size = np.zeros((3, 3, 3)), 7 + 2 * modes
         columns = np.zeros((6 + modes, 5 + modes))
         return cls(edges, axes[0], axes[1], axes[2], columns, np.zeros((size, size)), np.zeros(size), np.zeros(4))
@@ -177,7 +177,9 @@ class CarvedSeries(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def standing_on(parameters, at, surface, frame):
-    """Height of a place over the snow along its normal; fills ``frame`` with the snow's axes, rows, the normal last."""
+    """Return the height of a place over the snow along its normal; fill ``frame`` with the snow's axes, rows, the
+    normal last.
+    """
     height, normal = ground(parameters, patch_under(surface, at[0], at[1]), at[0], at[1])
     first = plus((1.0, 0.0, 0.0), times(-normal[0], normal))
     first = times(1.0 / math.sqrt(dot(first, first)), first)
@@ -209,7 +211,7 @@ def turn_ski(foot, psi, phi, theta, frame):
 
 @njit(cache=True, error_model="numpy")
 def given_by(ski, eta):
-    """Heave (m) and pitch (rad) of a ski whose modes have the amplitudes ``eta``, or with their rates its rates."""
+    """Return heave (m) and pitch (rad) of a ski with modal amplitudes ``eta``, or with their rates its rates."""
     heave, pitch = 0.0, 0.0
     for k in range(eta.shape[0]):
         heave += ski.give[0, k] * eta[k]

@@ -97,7 +97,7 @@ class SoughtTangents(NamedTuple):
 
     @classmethod
     def begin(cls, z: Array, zv: Array) -> SoughtTangents:
-        """Those at the start."""
+        """Return the tangents at the start."""
         size, many = z.shape
         return cls(
             z, zv, z.copy(), zv.copy(), np.zeros((3, many)), np.zeros((3, many)), np.zeros(many),
@@ -134,7 +134,7 @@ class CarvedRoom(NamedTuple):
 
     @classmethod
     def room(cls, lines: Any, many: int) -> CarvedRoom:
-        """Room for the tangents by so many numbers, for skis that have ``EdgeLines``."""
+        """Make room for the tangents by so many numbers, for skis that have ``EdgeLines``."""
         modes, points, parameters = len(lines.reach), len(lines.towards) // 4, lines.parameter.shape[1]
         width, own = 5 + modes + many, 2 + modes
         return cls(
@@ -148,7 +148,7 @@ class CarvedRoom(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def axes_turn(normal, frame, dn):
-    """Rotation vector by which the snow's axes, rows of ``frame``, turn with a change of the normal."""
+    """Return the rotation vector by which the snow's axes, rows of ``frame``, turn with a change of the normal."""
     first = (frame[0, 0], frame[0, 1], frame[0, 2])
     flat = plus((1.0, 0.0, 0.0), times(-normal[0], normal))
     change = plus(times(-dn[0], normal), times(-normal[0], dn))

@@ -52,12 +52,12 @@ class Direction:
 
 
 def slope_of(value: Any) -> Any:
-    """The derivative that a complex step has left in a number or an array."""
+    """Return the derivative that a complex step has left in a number or an array."""
     return np.imag(value) / STEP
 
 
 def rank(tables: Prepared | None) -> int:
-    """0 for tables of body and feet, 1 for those of the feet alone, 2 for none: the order the kernel wants."""
+    """Return 0 for tables of body and feet, 1 for those of the feet alone, 2 for none: the kernel's order."""
     if tables is None:
         return 2
     body = (tables.com_place, tables.com_velocity, tables.exposed_velocity)
@@ -65,12 +65,12 @@ def rank(tables: Prepared | None) -> int:
 
 
 def columns_of(ranks: Sequence[int], most: int) -> int:
-    """How many directions of such ranks there are up to the last that has ``most`` or less."""
+    """Return how many directions of such ranks there are up to the last that has ``most`` or less."""
     return max((k + 1 for k, own in enumerate(ranks) if own <= most), default=0)
 
 
 def first_change(tables: Prepared | None) -> int:
-    """The instant at which tables first change with their number, 0 where they do not or nothing else does."""
+    """Return the instant at which tables first change with their number, 0 where they do not or nothing else does."""
     if tables is None:
         return 0
     n, first = len(tables.time), len(tables.time)
@@ -85,7 +85,7 @@ def first_change(tables: Prepared | None) -> int:
 def tangent_inputs(
     at: Prepared, ordered: Sequence[Direction], listed: ParameterColumns, by_parameter: Array, modes: int
 ) -> TangentInputs:
-    """What the directions change, as the kernel takes it, but for the start, which is left at zero.
+    """Return what the directions change, as the kernel takes it, without the start, which is left at zero.
 
     listed, by_parameter : of ``listed_parameters``
     """
@@ -125,13 +125,13 @@ def tangent_inputs(
 
 
 def _turn_rates(motion: PrescribedMotion) -> Array:
-    """(n, 2, 3) rad: rotation vectors by which the feet turn with the number, from the matrices' complex step."""
+    """Return rotation vectors (n, 2, 3) rad by which the feet turn with the number, from the matrices' complex step."""
     spin = slope_of(motion.foot_rotation) @ np.swapaxes(np.real(motion.foot_rotation), -1, -2)
     return np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
 
 
 def listed_parameters(terms: Sequence[Term], ordered: Sequence[Direction]) -> tuple[ParameterColumns, Array]:
-    """The laws' parameters that change, and the change (c, d) of each with each number."""
+    """Return the laws' parameters that change, and the change (c, d) of each with each number."""
     rows: dict[bytes, int] = {}
     values: list[Array] = []
     places: dict[tuple[int, int], list[int]] = {}
@@ -166,7 +166,9 @@ def listed_parameters(terms: Sequence[Term], ordered: Sequence[Direction]) -> tu
 
 
 def place_at_start(at: Prepared, ordered: Sequence[Direction]) -> tuple[Array, Array]:
-    """Derivatives of the pelvis' place and velocity (3, d) at the start along the slope; the rest is left at zero."""
+    """Return derivatives of the pelvis' place and velocity (3, d) at the start along the slope; the rest is left at
+    zero.
+    """
     place, velocity = np.zeros((2, 3, len(ordered)))
     for k, direction in enumerate(ordered):
         tables = at if direction.tables is None else direction.tables
@@ -182,7 +184,8 @@ def climb_at_start(
     kernel: Any, parameters: LawParameters, surface: SnowGrid, at: Prepared, start: tuple[Array, Array],
     change: tuple[Array, Array], inputs: TangentInputs, foot: int,
 ) -> tuple[float, Array]:  # fmt: skip
-    """How fast the pelvis rises (m/s) where a foot goes along the snow at the start, and the derivatives (d,) of that.
+    """Return how fast the pelvis rises (m/s) where a foot goes along the snow at the start, and the derivatives (d,) of
+    that.
 
     start : (3,) place and velocity of the pelvis;  change : (3, d) their derivatives
     """
@@ -208,7 +211,7 @@ def climb_at_start(
 
 
 def table_slopes(at: Prepared, ordered: Sequence[Direction], name: str) -> Array:
-    """Derivatives (…, d) of one of the tables."""
+    """Return derivatives (…, d) of one of the tables."""
     shape = getattr(at, name).shape
     columns = [np.zeros(shape) if d.tables is None else slope_of(getattr(d.tables, name)) for d in ordered]
     return np.stack(columns, axis=-1) if columns else np.zeros((*shape, 0))
@@ -218,8 +221,8 @@ def run_slopes(
     at: Prepared, ordered: Sequence[Direction], found: Any, forward: Array, through: Sequence[Direction] = (),
     amounts: Array | None = None,
 ) -> dict[str, Array]:  # fmt: skip
-    """Derivatives of each field of ``ReducedRun`` from those ``found`` (``TangentSeries``, or with edges that cut
-    ``CarvedTangents``) and those of the skis' forward axes (n, 2, 3, d).
+    """Return derivatives of each field of ``ReducedRun`` from those of the kernel and those of the skis' forward axes
+    (n, 2, 3, d).
 
     through, amounts : the heading's own three directions, and its tangents (n, 3, d) where it is found
     """
@@ -250,7 +253,7 @@ def run_slopes(
 
 
 def of_foot(inputs: TangentInputs, foot: int, row: int) -> Array:
-    """(3, d) three rows of the feet's table at the start, for all numbers."""
+    """Return three rows (3, d) of the feet's table at the start, for all numbers."""
     found = np.zeros((3, len(inputs.mass)))
     found[:, : inputs.feet.shape[3]] = inputs.feet[0, foot, row : row + 3]
     return found

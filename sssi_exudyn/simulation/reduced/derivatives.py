@@ -82,15 +82,15 @@ strength."""
 
 
 def complex_model(model: Model, name: str) -> Model:
-    """The model with the complex step of one number."""
+    """Return the model with the complex step of one number."""
     return model.with_values({name: model.value(name) + 1j * STEP})
 
 
 def run_tangents(
     model: Model, prepared: Prepared, names: Sequence[str], changes: Sequence[TableChange] = ()
 ) -> tuple[ReducedRun, ReducedRun]:
-    """A run, and its derivatives by the model's numbers of those names, then by the size of those changes, at size 0:
-    each field with one axis more, last.
+    """Return a run, and its derivatives by the model's numbers of those names, then by the size of those changes, at
+    size 0.  Each field has one axis more, last.
 
     Numbers that only instruments know (a late clock, faults of GPS and insoles) change nothing of the run.
     Raises SimulationDiverged as ``simulate_reduced`` does, KeyError for an unknown name.
@@ -121,7 +121,7 @@ def run_tangents(
 
 
 def host_of(addition: Addition) -> Model:
-    """The model whose run is linearised for an addition: one run serves as many as possible.
+    """Return the model whose run is linearised for an addition: one run serves as many as possible.
 
     Forces of terms add up, and so do heights, so that a term has the same derivative in the place of another of its
     class.  Only the air's velocity must be whole, since drag is no linear function of it.
@@ -135,15 +135,15 @@ def host_of(addition: Addition) -> Model:
 
 
 def with_classes_of(model: Model, terms: Sequence[Term]) -> Model:
-    """The model with a term of every class of ``terms`` that it has none of: those, which must do nothing."""
+    """Return the model with a term of every class of ``terms`` that it has none of: those, which must do nothing."""
     present = {type(term) for term in model.terms}
     lacking = {type(term): term for term in terms if type(term) not in present}
     return replace(model, terms=(*model.terms, *lacking.values()))
 
 
 def run_additions(host: Model, prepared: Prepared, additions: Sequence[Addition]) -> tuple[ReducedRun, ReducedRun]:
-    """A run, and its derivatives by the strengths of those additions, as ``run_tangents`` gives them: one pass,
-    although each addition has numbers of its own that say where and when it acts.
+    """Return a run, and its derivatives by the strengths of those additions, as ``run_tangents`` does.  One pass is
+    enough, although each addition has numbers of its own that say where and when it acts.
 
     host : ``host_of`` any of them, ``with_classes_of`` those of all; that of an added term has the same laws
     """
@@ -165,7 +165,7 @@ def _of_addition(host: Model, prepared: Prepared, addition: Addition) -> Directi
 
 
 def skier_mass_change(model: Model, motion: Motion, prepared: Prepared) -> TableChange:
-    """The change of the tables by a skier who is heavier by a size (kg), without other proportions.
+    """Return the change of the tables by a skier who is heavier by a size (kg), without other proportions.
 
     Masses and what they weigh are linear in the skier's mass, so that two skiers give it exactly.
     """
@@ -207,7 +207,7 @@ def skier_mass_change(model: Model, motion: Motion, prepared: Prepared) -> Table
 
 
 def along(run: ReducedRun, slopes: ReducedRun, index: int) -> ReducedRun:
-    """The run with the complex step of one of the numbers that it was differentiated by."""
+    """Return the run with the complex step of one of the numbers that it was differentiated by."""
     parts = {entry.name: getattr(run, entry.name) for entry in fields(ReducedRun)}
     for name in parts.keys() - {"time"}:
         parts[name] = parts[name] + 1j * STEP * getattr(slopes, name)[..., index]
@@ -236,7 +236,7 @@ def _changed(model: Model, prepared: Prepared, change: TableChange) -> Prepared:
 
 
 def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[ReducedRun, dict[str, Array]]:
-    """The run, and of each of its fields the derivatives in those directions."""
+    """Return the run, and of each of its fields the derivatives in those directions."""
     kernel, contact = reduced_module(), at.kernel_contact(model.surface)
     parameters = law_parameters(model.terms)
     start = start_of_run(model, at, kernel, parameters, contact)
@@ -263,7 +263,7 @@ def _start_tangents(
     kernel: Any, parameters: LawParameters, contact: ModalContact, at: Prepared, start: StartOfRun,
     ordered: Sequence[Direction], inputs: TangentInputs,
 ) -> tuple[Array, Array, Array]:  # fmt: skip
-    """Derivatives of the pelvis' place and velocity (3, d) and of the modes' amplitudes (2k, d) at the start.
+    """Return derivatives of the pelvis' place and velocity (3, d) and of the modes' amplitudes (2k, d) at the start.
 
     At rest the skis carry the load and each mode its share, g(height, η, p) = 0: the implicit function theorem gives
     how height and amplitudes move.
@@ -297,7 +297,8 @@ def _rest_tangents(
     kernel: Any, parameters: LawParameters, contact: ModalContact, at: Prepared, start: StartOfRun, rest: Rest,
     place: Array, load: Array, inputs: TangentInputs,
 ) -> tuple[Array, Array, Array]:  # fmt: skip
-    """Derivatives of the modes' amplitudes (2k, d), of the pelvis' height (d,) and of the feet's shares (2, d) at rest.
+    """Return derivatives of the modes' amplitudes (2k, d), of the pelvis' height (d,) and of the feet's shares (2, d)
+    at rest.
 
     place : (3, d) of the pelvis, its height not yet counted;  load : (d,) N
     """

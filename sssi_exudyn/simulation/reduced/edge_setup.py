@@ -31,7 +31,7 @@ POINTS: Final = CUTTING_POINTS
 
 
 def bending_edges(cut: BeamMesh, modal: ModalSki) -> EdgeSki:
-    """The same of a ski whose vibrations are known."""
+    """Return the same of a ski whose vibrations are known."""
     ski = cut.ski
     points, tangents = cut.contact_positions(cut.node_position, cut.node_rotation), cut.edge_tangents
     heave, pitch = modal.held.T[..., None, None, None]
@@ -53,7 +53,7 @@ def bending_edges(cut: BeamMesh, modal: ModalSki) -> EdgeSki:
 
 
 def carving_module() -> Any:
-    """The compiled functions of skis on snow that edges cut, alone and under a skier: those that are called."""
+    """Return the compiled functions of skis on snow that edges cut, alone and under a skier: those that are called."""
     return compile_kernel(
         point,
         edge_point,

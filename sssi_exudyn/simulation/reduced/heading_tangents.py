@@ -72,7 +72,7 @@ def through_heading(columns, turned):
 
 @njit(cache=True, error_model="numpy")
 def whole_change(table, turned):
-    """(r, d) tangents of what a table (r, ≤ d) changes at an instant, through the heading too."""
+    """Return the tangents (r, d) of what a table (r, ≤ d) changes at an instant, through the heading too."""
     whole = np.zeros((table.shape[0], turned.shape[1]))
     whole[:, : table.shape[1]] = table
     through_heading(whole, turned)

@@ -13,8 +13,8 @@ from sssi_exudyn.simulation.ski_on_snow.structs import TimeStep
 
 @njit(cache=True, error_model="numpy")
 def time_step(n, length):
-    """The step of that length (s) to the n-th instant.  None leads to the first: the start stays, whatever its
-    acceleration.
+    """Return the step of that length (s) to the n-th instant.  No step leads to the first: the start stays, whatever
+    its acceleration.
     """
     h = length if n > 0 else 0.0
     return TimeStep(h, 0.25 * h * h, 0.5 * h)
@@ -22,11 +22,11 @@ def time_step(n, length):
 
 @njit(cache=True, error_model="numpy")
 def next_place(step, q, rate, acceleration):
-    """q at the end of a step from q and its rate at the start, and the sum of the accelerations at both."""
+    """Return q at the end of a step from q and its rate at the start, and the sum of the accelerations at both."""
     return q + step.length * rate + step.by_place * acceleration
 
 
 @njit(cache=True, error_model="numpy")
 def next_rate(step, rate, acceleration):
-    """The rate at the end of a step, likewise."""
+    """Return the rate at the end of a step from the same."""
     return rate + step.by_rate * acceleration

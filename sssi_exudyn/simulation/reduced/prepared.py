@@ -107,7 +107,7 @@ class Prepared:
         return gravity_in_slope(self.inclination)
 
     def kernel_contact(self, surface: Surface | None) -> ModalContact:
-        """The skis on the snow as the kernel takes them."""
+        """Return the skis on the snow as the kernel takes them."""
         return ModalContact(
             shape=np.ascontiguousarray(np.moveaxis(self.ski.contact_shape, 0, 3)),
             points=self.points,
@@ -120,7 +120,7 @@ class Prepared:
         )
 
     def kernel_motion(self) -> PrescribedMotion:
-        """The posture as the kernel takes it."""
+        """Return the posture as the kernel takes it."""
         acceleration, turning = self._ski_motion()
         return PrescribedMotion(
             step=self.step,
@@ -142,18 +142,22 @@ class Prepared:
         )
 
     def whole_body(self) -> WholeBody:
-        """Skier and skis as one."""
+        """Return skier and skis as one."""
         ski = RigidSki(0.5 * (self.mass - self.body_mass), self.ski_com, self.ski_inertia)
         return whole_body(self, self.body_mass, ski)
 
     def body_about_pelvis(self) -> tuple[Array, Array]:
-        """Inertia (n, 3, 3) kg m² and angular momentum (n, 3) N m s of the body, skis apart, about the pelvis."""
+        """Return the inertia (n, 3, 3) kg m² and angular momentum (n, 3) N m s of the body, skis apart, about the
+        pelvis.
+        """
         spread = spread_inertia(np.array([self.body_mass]), self.com_place[:, None])
         moving = self.body_mass * cross(self.com_place, self.com_velocity)
         return self.com_inertia + spread, self.com_momentum + moving
 
     def _inertia_force(self) -> Array:
-        """(n, 3) N: all masses times the accelerations that the posture gives them relative to the pelvis."""
+        """Return the force (n, 3) N: all masses times the accelerations that the posture gives them relative to the
+        pelvis.
+        """
         arm = np.einsum("nsij,j->nsi", self.foot_rotation, self.ski_com)
         swing = cross(self.foot_spin, cross(self.foot_spin, arm))
         skis = self.foot_acceleration + cross(self.foot_spin_rate, arm) + swing
@@ -162,8 +166,8 @@ class Prepared:
         )
 
     def _ski_motion(self) -> tuple[Array, Array]:
-        """(n, 2, 3) each, in the foot's frame: the held node's acceleration less gravity, and the ski's effective
-        turning.
+        """Return in the foot's frame the held node's acceleration less gravity, and the ski's effective turning, (n, 2,
+        3) each.
 
         A ski is thin: the centrifugal field on its long axis is that of an angular acceleration besides, Ω × (Ω × x)
         = α' × x.
@@ -180,7 +184,8 @@ class Prepared:
         return np.einsum("nsji,nsj->nsi", self.foot_rotation, moving), turning
 
     def correct_capture(self, model: Model) -> Prepared:
-        """The same with the capture's faults as the model has them: turned about gravity, the antenna where it sat.
+        """Return the same with the capture's faults as the model has them: turned about gravity, the antenna where it
+        sat.
 
         The yaw is a straight line in time, so its rate is a constant spin about gravity.
         """
@@ -198,12 +203,14 @@ class Prepared:
         return moved.turn(Turn(self.up, yaw, np.full(len(yaw), rate), np.zeros(len(yaw))))
 
     def of_run(self, model: Model, run: ReducedRun) -> Prepared:
-        """The same as that run of the model had it: with the capture's faults, and turned by the heading it found."""
+        """Return the same as that run of the model had it: with the capture's faults, and turned by the heading it
+        solved for.
+        """
         at = self.correct_capture(model)
         return at.turn(Turn.of(at.up, run.heading)) if np.any(run.heading) else at
 
     def turn(self, turn: Turn) -> Prepared:
-        """The same turned about gravity."""
+        """Return the same turned about gravity."""
         matrices = turn.matrices()
         swung = self.exposed_velocity + turn.rate[:, None, None] * self.exposed_swing
         vectors = {
@@ -222,9 +229,9 @@ class Prepared:
 def prepare(
     model: Model, motion: Motion, *, start: float | None = None, stop: float | None = None, step: float | None = None
 ) -> Prepared:
-    """The tables for runs of ``model`` along ``motion``, its posture corrected, from ``start`` to ``stop`` (s; its ends
-    if None), in steps (s) of ``STEP``, heading as recorded.  On snow that edges cut steps are ``CARVED_STEP``, and
-    ``COARSE_CARVED_STEP`` at most.
+    """Return the tables for runs of ``model`` along ``motion``, its posture corrected, with the heading as recorded.
+    They go from ``start`` to ``stop`` (s; the motion's ends if None), in steps (s) of ``STEP``.  On snow that edges cut
+    steps are ``CARVED_STEP``, and ``COARSE_CARVED_STEP`` at most.
     """
     if is_carved(model.terms):
         step = CARVED_STEP if step is None else min(step, COARSE_CARVED_STEP)
@@ -279,8 +286,8 @@ def prepare(
 
 
 def first_place(model: Model, at: Prepared) -> tuple[Array, Array]:
-    """Place (m) and velocity (m/s) of the pelvis (3,) that put the antenna where the model's start says; the height is
-    a first guess, both feet's mean on the snow, and the velocity along the normal not found yet.
+    """Return place (m) and velocity (m/s) of the pelvis (3,) that put the antenna where the model's start says.  The
+    height is a first guess, both feet's mean on the snow, and the velocity along the normal is still open.
     """
     begin = model.start
     place = np.array([begin.f, begin.l, 0.0]) - at.antenna[0]
@@ -290,8 +297,8 @@ def first_place(model: Model, at: Prepared) -> tuple[Array, Array]:
 
 
 def load_at_start(at: Prepared, share: Array) -> Any:
-    """N normal to the slope: the weight's part, and what lifts the centre of mass as the posture does at the start; the
-    feet are taken as fixed where the load's ``share`` (2,) of each is.
+    """Return the load (N) normal to the slope: the weight's part, and what lifts the centre of mass as the posture does
+    at the start.  The feet are taken as fixed where the load's ``share`` (2,) of each is.
     """
     lift = at.com_acceleration[0, 2] - share @ at.foot_acceleration[0, :, 2]
     weight = -at.gravity[2]
@@ -299,7 +306,7 @@ def load_at_start(at: Prepared, share: Array) -> Any:
 
 
 def empty_series(*count: int) -> ReducedSeries:
-    """Room for so many runs and instants."""
+    """Make room for so many runs and instants."""
     return ReducedSeries(
         place=np.zeros((*count, 3)),
         velocity=np.zeros((*count, 3)),
@@ -313,7 +320,7 @@ def empty_series(*count: int) -> ReducedSeries:
 
 
 def reduced_run(at: Prepared, series: ReducedSeries, done: int) -> ReducedRun:
-    """The run that the kernel filled.  Raises SimulationDiverged where it did not reach the end."""
+    """Return the run that the kernel filled.  Raises SimulationDiverged where it did not reach the end."""
     if done < len(at.time):
         raise SimulationDiverged(float(at.time[done]), "Newton's method does not converge in the reduced model")
     return ReducedRun(

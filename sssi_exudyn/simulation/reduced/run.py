@@ -42,7 +42,7 @@ from sssi_exudyn.simulation.ski_on_snow.structs import (
 
 
 def reduced_module() -> Any:
-    """The compiled functions of the reduced model, on snow that edges do not cut."""
+    """Return the compiled functions of the reduced model, on snow that edges do not cut."""
     return compile_kernel(point, ground_kernel, newmark, steps_kernel, air_tangents, tangents_kernel)
 
 
@@ -82,8 +82,8 @@ class StartOfRun:
 def start_of_run(
     model: Model, at: Prepared, kernel: Any, parameters: LawParameters, contact: ModalContact
 ) -> StartOfRun:
-    """Where and how a run starts, at rest on the snow but for its speed.  Raises SimulationDiverged where no rest is
-    found.
+    """Return where and how a run starts, at rest on the snow apart from its speed.  Raises SimulationDiverged where
+    there is no rest.
     """
     pelvis, velocity = first_place(model, at)
     share = np.array([0.5, 0.5])
@@ -101,7 +101,7 @@ def start_of_run(
 
 
 def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
-    """One run, on snow that edges cut where the model has such.
+    """Simulate a run, on snow that edges cut where the model has such.
 
     Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way, InputError for a
     heading that is to be found on other snow.
@@ -125,8 +125,8 @@ def run_batch(
     parameters: LawParameters,
     starts: Sequence[StartOfRun],
 ) -> tuple[ReducedSeries, Any]:
-    """Runs with parameters of values (b, p) and so many starts in one compiled call: what each leaves, on a first axis,
-    and the instants (b,) that it reached.
+    """Run a batch with parameters of values (b, p) and so many starts in one compiled call.  Return what each run
+    leaves, on a first axis, and the instants (b,) that it reached.
     """
     states = [start.state for start in starts]
     begin = InitialState(*(np.stack(parts) for parts in zip(*states, strict=True)))
@@ -139,7 +139,7 @@ def run_batch(
 def _loads(
     kernel: Any, parameters: LawParameters, pelvis: Array, at: Prepared, contact: ModalContact, eta: Array
 ) -> Array:
-    """(2,) N: each foot's load at rest."""
+    """Return each foot's load at rest, (2,) N."""
     count = len(contact.omega)
     size = 3 + 2 * count
     buffers = np.zeros(size), np.zeros((size, size)), np.zeros((4 + count, 3 + count))

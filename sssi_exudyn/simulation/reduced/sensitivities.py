@@ -40,8 +40,8 @@ def sensitivities(
     observed: Callable[[Model, ReducedRun], Array],
     changes: Sequence[TableChange] = (),
 ) -> tuple[Array, Array]:
-    """What is ``observed`` of a run, any shape (…), and its derivative (…, k) by the numbers of those names, then by
-    the size of those changes of the posture's tables, at size 0.
+    """Return what is ``observed`` of a run, any shape (…), and its derivative (…, k) at size 0.  Derivatives are by the
+    numbers of those names, then by the size of those changes of the posture's tables.
 
     Exact: the run's tangents are carried along with it, and ``observed`` is differentiated by a complex step.  It must
     therefore be a formula over the run's arrays and the model's numbers that NumPy continues to complex ones.
@@ -62,7 +62,8 @@ def responses_to_additions(
     *,
     cores: int | None = None,
 ) -> Array:
-    """Derivatives (…, k) of what is ``observed`` of a run by the strengths of additions to its model, at strength 0.
+    """Return derivatives (…, k) of what is ``observed`` of a run by the strengths of additions to its model, at
+    strength 0.
 
     All of their models run alike, as what was added does nothing yet.  So the run is linearised once for all that have
     as many terms of each class, and with ``sensitivities``' demands on ``observed`` the derivatives are exact.
@@ -106,8 +107,8 @@ def simulate_each(
     *,
     cores: int | None = None,
 ) -> list[Array]:
-    """What is ``observed`` of a run of each model: one compiled call a core for all that have the same laws, snow
-    surface and capture, whose tables they share.
+    """Return what is ``observed`` of a run of each model.  One compiled call a core runs all that have the same laws,
+    snow surface and capture, whose tables they share.
 
     cores : that are used at most; all if None
 
@@ -128,18 +129,18 @@ def simulate_each(
 
 
 def _laws(model: Model) -> tuple[type[Term], ...]:
-    """Two models with the same have parameters of the same form."""
+    """Return the classes of a model's laws: two models with the same have parameters of the same form."""
     return tuple(type(term) for term in in_order(model.terms))
 
 
 def _capture(model: Model, prepared: Prepared) -> object:
-    """What of a model changes the tables: two with the same have the same tables."""
+    """Return what of a model changes the tables: two with the same have the same tables."""
     ends = model.capture_yaw(prepared.time[[0, -1]])
     return tuple(ends.tolist()), tuple(antenna_shift(model.sensors).tolist())
 
 
 def _runs(models: Sequence[Model], at: Prepared) -> list[ReducedRun]:
-    """Runs of models with the same laws and surface on the same tables, one compiled call."""
+    """Run models with the same laws and surface on the same tables, in one compiled call."""
     kernel, contact = reduced_module(), at.kernel_contact(models[0].surface)
     every = [law_parameters(model.terms) for model in models]
     starts = [start_of_run(model, at, kernel, own, contact) for model, own in zip(models, every, strict=True)]

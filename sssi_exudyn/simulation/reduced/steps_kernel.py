@@ -52,7 +52,9 @@ SMALL = 1e-5
 
 @njit(cache=True, error_model="numpy")
 def foot_at(motion, n, ski, x, v):
-    """Place, velocity, rotation (3, 3) and spin of a foot at the n-th instant, with the pelvis at x, moving at v."""
+    """Return place, velocity, rotation (3, 3) and spin of a foot at the n-th instant, with the pelvis at x, moving at
+    v.
+    """
     return (
         plus(x, three(motion.foot_place[n, ski], 0)), plus(v, three(motion.foot_velocity[n, ski], 0)),
         motion.foot_rotation[n, ski], three(motion.foot_spin[n, ski], 0),
@@ -176,8 +178,8 @@ def solve(matrix, right):
 
 @njit(cache=True, error_model="numpy")
 def settle(parameters, contact, x, foot_place, foot_rotation, load, eta):
-    """Height of the pelvis at which both skis at rest carry ``load`` (N); fills eta (2, k).  Negative infinity if
-    none is found.
+    """Return the height of the pelvis at which both skis at rest carry ``load`` (N), or negative infinity; fill ``eta``
+    (2, k).
 
     x : (3,) m, of which the height is the first guess;  foot_place (2, 3), foot_rotation (2, 3, 3) at the start
 
@@ -277,7 +279,7 @@ def advance(parameters, contact, motion, n, state, work, series):
 
 @inlined
 def move_on(step, state, work):
-    """Place and velocity of the pelvis after a step with the trial accelerations; the modes' go to ``work``."""
+    """Return place and velocity of the pelvis after a step with the trial accelerations; the modes' go to ``work``."""
     x, v, before, after = state.place, state.velocity, state.acceleration, work.trial
     modes = work.eta.shape[1]
     for ski in range(2):
@@ -376,7 +378,7 @@ def keep(x, v, state, work, n, series):
 
 @njit(cache=True, error_model="numpy")
 def first_state(start, points):
-    """The state before the first instant, and the arrays that steps are found in for skis of so many points."""
+    """Return the state before the first instant, and the arrays that steps of skis of so many points are solved in."""
     modes = start.eta.shape[1]
     size = 3 + 2 * modes
     state = ReducedState(

@@ -82,7 +82,7 @@ ONES = np.eye(PATCH)
 
 @njit(cache=True, error_model="numpy")
 def ski_work(points, modes, parameters):
-    """Arrays for ``linearise_ski``."""
+    """Make room for ``linearise_ski``."""
     size = MODES + 2 * modes
     slopes = np.zeros((4, size))
     slopes[STEP, PLACE], slopes[STEP + 1, PLACE + 1] = 1.0, 1.0
@@ -433,8 +433,8 @@ def add_row(out, factors, inputs, first, last, begun):
 
 @njit(cache=True, error_model="numpy")
 def solve_many(matrix, right, begun):
-    """The solutions (n, d) of a system for d right-hand sides, in their place: elimination as in ``solve``; those
-    before ``begun`` are zero.
+    """Solve a system for d right-hand sides (n, d), in their place: elimination as in ``solve``; those before ``begun``
+    are zero.
     """
     n, many = right.shape
     for i in range(n):
@@ -479,7 +479,7 @@ def collect_inputs(z, zq, zv, feet, ski, modes, begun):
 
 @njit(cache=True, error_model="numpy")
 def first_tangents(modes, inputs):
-    """The tangents before the first instant, and the arrays that later ones are found in.
+    """Return the tangents before the first instant, and the arrays that later ones are computed in.
 
     inputs : ``TangentInputs``
     """
@@ -512,7 +512,7 @@ def first_tangents(modes, inputs):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def run_tangents(parameters, contact, motion, start, inputs, run_series, series):
-    """One run as in ``run_batch``, and the tangents of what it fills; the instants that were reached.
+    """Run as in ``run_batch``, with the tangents of what it fills; return the number of instants that were reached.
 
     inputs : ``TangentInputs``;  series : ``TangentSeries`` of zeros, which is filled
     """

@@ -23,8 +23,8 @@ class Backward(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def backward(n, length, order):
-    """The differences of order 1 or 2 at the n-th instant, each ``length`` (s) after the one before.  None lead to the
-    first instant, and those of first order to the second.
+    """Return the differences of order 1 or 2 at the n-th instant, each ``length`` (s) after the one before.  No step
+    leads to the first instant, and the step to the second is of first order.
     """
     if n < order:
         return Backward(1.0, 0.0, length if n > 0 else 0.0)
@@ -33,11 +33,11 @@ def backward(n, length, order):
 
 @njit(cache=True, error_model="numpy")
 def next_value(rule, last, before, rate):
-    """The value at the end of a step."""
+    """Return the value at the end of a step."""
     return rule.last * last + rule.before * before + rule.share * rate
 
 
 @njit(cache=True, error_model="numpy")
 def rate_to(rule, value, last, before):
-    """The rate at the end of a step by which the value becomes ``value``."""
+    """Return the rate at the end of a step by which the value becomes ``value``."""
     return (value - rule.last * last - rule.before * before) / rule.share

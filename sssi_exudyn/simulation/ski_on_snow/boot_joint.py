@@ -79,7 +79,7 @@ class BootJoint:
 
 
 def boot_joint(equipment: Equipment) -> BootJoint:
-    """The joint of these boots: their cuffs' stiffness in edging is that in roll, that in flexion and the ankle's that
+    """Return the joint of these boots: the cuffs' stiffness in edging is that in roll, in flexion with the ankle's that
     in pitch.
     """
     usual = BootJoint(roll_stiffness=equipment.cuff_edging)

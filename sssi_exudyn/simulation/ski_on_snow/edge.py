@@ -110,7 +110,7 @@ class EdgeWork(NamedTuple):
 
     @classmethod
     def room(cls, points: int, modes: int) -> EdgeWork:
-        """Room for the forces on a ski of so many points an edge and vibrations."""
+        """Make room for the forces on a ski of so many points an edge and vibrations."""
         size = 6 + modes
         return cls(
             force=np.zeros(size),
@@ -155,7 +155,7 @@ class EdgeLines(NamedTuple):
 
     @classmethod
     def room(cls, points: int, modes: int, columns: int, parameters: int) -> EdgeLines:
-        """Room for the linearisation by ``columns`` of the laws' ``parameters``."""
+        """Make room for the linearisation by ``columns`` of the laws' ``parameters``."""
         size, width = 6 + modes, ON_MODES + 2 * modes + columns
         return cls(
             force=np.zeros((2, size, width)),
@@ -498,7 +498,8 @@ def add_swung(force, arm, other, reach, at_low, at_other):
 
 @njit(cache=True, error_model="numpy")
 def bent_vector(frame, unloaded, shape, eta, i, edge):
-    """A vector of an edge point in the bent ski, or with the modes' rates its rate, turned out of the foot's frame.
+    """Return a vector of an edge point in the bent ski, or with the modes' rates its rate, turned out of the foot's
+    frame.
 
     unloaded : (3) of the ski as it was made
     """

@@ -21,7 +21,7 @@ _UPRIGHT: Final = 1e-18
 
 
 def section_angle(math: Math, apart: Number, width: Number) -> Number:
-    """The angle (rad) at which a section of this width stands on the snow, positive on its right edge, which is deeper
+    """Return the angle (rad) of a section of this width on the snow, positive on its right edge.  That edge is deeper
     by ``apart`` (m) than the left one.
     """
     sine = math.maximum(-1.0, math.minimum(1.0, apart / width))

@@ -38,7 +38,7 @@ class Groove(NamedTuple):
 
     @classmethod
     def fresh(cls, *shape: int) -> Groove:
-        """The memory of fresh snow: arrays of that shape, (2, m) for a ski and (2, 2, m) for both."""
+        """Return the memory of fresh snow: arrays of that shape, (2, m) for a ski and (2, 2, m) for both."""
         return cls(*np.zeros((len(cls._fields), *shape)))
 
 
@@ -149,7 +149,7 @@ def accept(memory):
 
 @njit(cache=True, error_model="numpy")
 def of_ski(memory, ski):
-    """The memory of one ski out of that of both."""
+    """Return the memory of one ski out of that of both."""
     return Groove(
         memory.groove[ski], memory.offset[ski], memory.speed[ski], memory.drift[ski], memory.arrived_groove[ski],
         memory.arrived_offset[ski], memory.next_groove[ski], memory.next_offset[ski], memory.next_speed[ski],

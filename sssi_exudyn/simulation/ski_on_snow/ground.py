@@ -17,7 +17,7 @@ ski_axes: Callable[..., tuple[tuple[float, float, float], tuple[float, float, fl
 
 @njit(cache=True, error_model="numpy")
 def heights(parameters, under, f, l):
-    """Height of the snow over the slope's plane (m) and its two slopes at a place near a patch."""
+    """Return the height of the snow over the slope's plane (m) and its two slopes at a place near a patch."""
     h, h_f, h_l = terrain_height(parameters, f, l)
     more, more_f, more_l = on_patch(under, f, l)
     return h + more, h_f + more_f, h_l + more_l
@@ -25,7 +25,7 @@ def heights(parameters, under, f, l):
 
 @inlined
 def snow_over(parameters, under, shaped, point):
-    """The gap (m) of snow over a point near a patch along the slope's normal, and the snow's two slopes there.
+    """Return the gap (m) of snow over a point near a patch along the slope's normal, and the snow's two slopes there.
 
     shaped : ``uneven``, asked once for all points: the laws' own call costs more than a point off the snow
     """
@@ -71,19 +71,19 @@ def collect_patch(z, inputs, surface, f, l):
 
 @njit(cache=True, error_model="numpy")
 def ground(parameters, under, f, l):
-    """Height of the snow over the slope's plane (m) and its unit normal (3) at a place near a patch."""
+    """Return the height of the snow over the slope's plane (m) and its unit normal (3) at a place near a patch."""
     h, h_f, h_l = heights(parameters, under, f, l)
     return h, snow_normal(h_f, h_l)
 
 
 @njit(cache=True, error_model="numpy")
 def foot_axes(parameters, surface, place, rotation):
-    """``ski_axes`` of a foot on the snow at its place."""
+    """Return ``ski_axes`` of a foot on the snow at its place."""
     under = patch_under(surface, place[0], place[1])
     return ski_axes(ground(parameters, under, place[0], place[1])[1], rotation)
 
 
 @njit(cache=True, error_model="numpy")
 def with_values(parameters, values):
-    """The same laws with other parameters (p,)."""
+    """Return the same laws with other parameters (p,)."""
     return LawParameters(values, parameters.first, parameters.others, parameters.addresses)

@@ -43,7 +43,8 @@ class FoundHeading(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def next_heading(k, damping_ratio, h, last, before, after):
-    """Ψ and its first and second derivative (rad, s) a step of ``h`` (s) after ``last``, which are the same then.
+    """Return Ψ and its first and second derivative (rad, s) a step of ``h`` (s) after ``last``, which are the same
+    then.
 
     k, damping_ratio : N m/rad of a spring, share of its critical damping
     before : kg m², N m s, N m: inertia I, the posture's own momentum L and moment of snow and air M at ``last``
@@ -61,7 +62,7 @@ def next_heading(k, damping_ratio, h, last, before, after):
 
 @njit(cache=True, error_model="numpy")
 def turn_about(up, angle, v):
-    """A vector (tuple) turned about the unit vector ``up`` by ``angle`` (rad)."""
+    """Turn a vector (tuple) about the unit vector ``up`` by ``angle`` (rad)."""
     c, s = math.cos(angle), math.sin(angle)
     return plus(times(c, v), plus(times(s, cross(up, v)), times((1.0 - c) * dot(up, v), up)))
 
@@ -81,7 +82,7 @@ def turn_vectors(up, turned, rows):
 
 @njit(cache=True, error_model="numpy")
 def move_on(up, turned, place, velocity, acceleration):
-    """Velocity and acceleration of a point that the heading takes along, all vectors turned already.
+    """Return the velocity and acceleration of a point that the heading takes along, all vectors turned already.
 
     turned : (3,) angle, its rate and acceleration
     """
@@ -144,7 +145,7 @@ def turn_heading(heading, motion, n, h):
 
 @njit(cache=True, error_model="numpy")
 def moment_on_heading(heading, motion, n, force, moment, drag, body):
-    """N m of snow and air along ``up`` about the centre of mass of skier and skis.
+    """Return the moment (N m) of snow and air along ``up`` about the centre of mass of skier and skis.
 
     force, moment : (2, 3) N, N m on each ski, about its foot;  drag : (4,) N on all exposed segments, and N m about the
     pelvis;  body : N on the centre of mass of skier and boots

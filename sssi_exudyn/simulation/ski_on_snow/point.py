@@ -17,32 +17,32 @@ STILL: Final = (0.0, 0.0, 0.0)
 
 @formula(by=("h_f", "h_l"))
 def snow_normal(math: Math, h_f: Number, h_l: Number) -> Vector:
-    """Unit normal of snow with slopes h_f and h_l: (−h_f, −h_l, 1)/√(1 + h_f² + h_l²)."""
+    """Return the unit normal of snow with slopes h_f and h_l: (−h_f, −h_l, 1)/√(1 + h_f² + h_l²)."""
     s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
     return -h_f * s, -h_l * s, s
 
 
 @formula()
 def penetration(_math: Math, gap: Number, normal: Vector) -> Number:
-    """Depth (m) square to the snow of a point with ``gap`` (m) of snow over it along n: δ = gap·n_n."""
+    """Return the depth (m) square to the snow of a point with ``gap`` (m) of snow over it along n: δ = gap·n_n."""
     return gap * normal[2]
 
 
 @formula()
 def point_velocity(_math: Math, velocity: Vector, spin: Vector, arm: Vector, bending: Vector) -> Vector:
-    """Velocity (m/s) of a point at ``arm`` from a foot that moves and spins: v + ω × arm + bending."""
+    """Return the velocity (m/s) of a point at ``arm`` from a foot that moves and spins: v + ω × arm + bending."""
     return plus(velocity, plus(cross(spin, arm), bending))
 
 
 @formula()
 def sinking_rate(_math: Math, velocity: Vector, normal: Vector) -> Number:
-    """Rate (m/s) at which a point sinks into the snow: −v·n."""
+    """Return the rate (m/s) at which a point sinks into the snow: −v·n."""
     return -dot(velocity, normal)
 
 
 @formula(by=("turn", "reach"))
 def point_arm(_math: Math, arm: Vector, turn: Vector = STILL, reach: Vector = STILL) -> Vector:
-    """Arm (m) from the foot to a point that bending moves on by ``reach`` and that turns with the ski."""
+    """Return the arm (m) from the foot to a point that bending moves on by ``reach`` and that turns with the ski."""
     return plus(arm, plus(reach, cross(turn, arm)))
 
 
@@ -51,8 +51,8 @@ def point_in_snow(
     math: Math, snow: Vector, curvature: Vector, velocity: Vector, spin: Vector, arm: Vector, bending: Vector,
     shift: Vector = STILL, turn: Vector = STILL, reach: Vector = STILL, raised: Vector = STILL,
 ) -> tuple[Number, Number]:  # fmt: skip
-    """Depth and rate of a point whose foot is shifted and turned, that bending moves on by ``reach``, under snow whose
-    height and slopes are ``raised``.
+    """Return depth and rate of a point, with its foot shifted and turned, the bending's ``reach``, and snow ``raised``
+    in height and slopes.
 
     snow : gap (m) over the point, and the slopes h_f, h_l there;  curvature : h_ff, h_fl, h_ll (1/m)
     velocity, spin, arm, bending : as in ``point_velocity``
@@ -77,21 +77,23 @@ def point_in_snow(
 def point_wrench(
     math: Math, push: Number, normal: Vector, arm: Vector, turn: Vector = STILL, reach: Vector = STILL
 ) -> tuple[Vector, Vector]:
-    """Force (N) of the snow on a point and its moment (N m) about the foot: push·n, arm × push·n."""
+    """Return the force (N) of the snow on a point and its moment (N m) about the foot: push·n, arm × push·n."""
     force = times(push, normal)
     return force, cross(point_arm(math, arm, turn, reach), force)
 
 
 @formula(by=("turn",))
 def mode_force(_math: Math, force: Vector, reach: Vector, turn: Vector = STILL) -> Number:
-    """What a force on a point does to a mode that displaces it by ``reach``, which turns with the ski: reach·force."""
+    """Return what a force on a point does to a mode that displaces it by ``reach``, which turns with the ski:
+    reach·force.
+    """
     return dot(plus(reach, cross(turn, reach)), force)
 
 
 @formula()
 def ski_axes(math: Math, normal: Vector, rotation: Rotation, turn: Vector = STILL) -> tuple[Vector, Vector, Number]:
-    """Axes along and across a ski in the snow's tangent plane, and its edge angle (rad), the ski's axes in the columns
-    of ``rotation``.
+    """Return the axes along and across a ski in the snow's tangent plane, and its edge angle (rad).  The ski's axes are
+    the columns of ``rotation``.
 
         along = (forward − (forward·n) n)/|…|,   across = n × along,   edge = atan2(left·n, up·n)
     """
@@ -106,7 +108,7 @@ def ski_axes(math: Math, normal: Vector, rotation: Rotation, turn: Vector = STIL
 def foot_on_snow(
     math: Math, velocity: Vector, h_f: Number, h_l: Number, rotation: Rotation, turn: Vector = STILL
 ) -> Vector:
-    """Velocity of a foot along and across its ski (m/s) and the edge angle (rad)."""
+    """Return the velocity of a foot along and across its ski (m/s) and the edge angle (rad)."""
     along, across, edge = ski_axes(math, snow_normal(math, h_f, h_l), rotation, turn)
     return dot(velocity, along), dot(velocity, across), edge
 
@@ -116,7 +118,9 @@ def foot_forces(
     _math: Math, load: Number, f_t: Number, f_n: Number, normal: Vector, along: Vector, across: Vector,
     rotation: Rotation, turn: Vector = STILL,
 ) -> tuple[Vector, Number]:  # fmt: skip
-    """Friction (N) on a foot by its parts along and across the ski, and the snow's force square to the sole (N)."""
+    """Return the friction (N) on a foot by its parts along and across the ski, and the snow's force square to the sole
+    (N).
+    """
     friction = plus(times(f_t, along), times(f_n, across))
     up = (rotation[0, 2], rotation[1, 2], rotation[2, 2])
     return friction, dot(plus(up, cross(turn, up)), plus(times(load, normal), friction))
@@ -127,7 +131,7 @@ def foot_on_sole(
     math: Math, load: Number, f_t: Number, f_n: Number, h_f: Number, h_l: Number, rotation: Rotation,
     turn: Vector = STILL,
 ) -> tuple[Vector, Number]:  # fmt: skip
-    """The same by the slopes of the snow under the foot."""
+    """Return the same by the slopes of the snow under the foot."""
     normal = snow_normal(math, h_f, h_l)
     along, across, _ = ski_axes(math, normal, rotation, turn)
     return foot_forces(math, load, f_t, f_n, normal, along, across, rotation, turn)  # type: ignore[no-any-return]

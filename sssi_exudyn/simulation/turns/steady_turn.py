@@ -134,7 +134,7 @@ class Rolling:
     edge: float
 
     def copied(self) -> Rolling:
-        """The same, to run on without this one."""
+        """Return the same, to run on without this one."""
         return Rolling(self.ski, _copy(self.state), _copy(self.memory), _copy(self.work), self.edge)
 
 
@@ -143,13 +143,13 @@ def _copy(arrays: Any) -> Any:
 
 
 def edges_of(ski: Ski, points: int = POINTS, modes: int = MODES) -> EdgeSki:
-    """A ski's edges as the kernel takes them."""
+    """Return a ski's edges as the kernel takes them."""
     cut = mesh(ski, contacts=points, cutting=True)
     return bending_edges(cut, modal_ski(cut, modes))
 
 
 def start_rolling(ski: EdgeSki) -> Rolling:
-    """The ski on fresh snow, straight, little edged and just touching it."""
+    """Return the ski on fresh snow, straight, little edged and just touching it."""
     points, modes = len(ski.width), len(ski.omega)
     state = TurnState(np.zeros(4 + modes), np.zeros(2))
     state.sought[2] = 0.5 * float(ski.width.min()) * np.sin(_FIRST_EDGE)
@@ -158,7 +158,7 @@ def start_rolling(ski: EdgeSki) -> Rolling:
 
 
 def steady_turn(case: TurnCase, rolling: Rolling, step_points: float = 1.0) -> tuple[SteadyTurn, Rolling]:
-    """The turn that a ski settles into, and the ski as it runs there.
+    """Return the turn that a ski settles into, and the ski as it runs there.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def _named(case: TurnCase) -> str:
 
 
 def _turn_of(case: TurnCase, on: Rolling, curvature: Array) -> SteadyTurn:
-    """The figures of a ski that runs."""
+    """Return the figures of a ski that runs."""
     normal, along, across, most, depth, groove, offset, v_t, v_n, edge, rise, _, borne = on.work.seen.T
     length = on.ski.length
     force, sought = on.work.force, on.state.sought

@@ -108,7 +108,7 @@ class RigPoint:
         return float(np.linalg.norm(low)), float(np.linalg.norm(high))
 
     def _radius(self, sign: float) -> float | None:
-        """Changes of the curvature to one side add up as squares: they are independent."""
+        """Return a radius from changes of the curvature to one side, which add up as squares: they are independent."""
         if self.turn is None:
             return None
         changes = []
@@ -135,7 +135,7 @@ class Difference:
 
 
 def difference(point: RigPoint, other: RigPoint) -> Difference | None:
-    """The difference of two skis at one edge angle; None where one of them does not turn, whatever is uncertain."""
+    """Return the difference of two skis at one edge angle; None where one of them does not turn."""
     if point.radius is None or other.radius is None:
         return None
     assert point.turn is not None
@@ -153,7 +153,7 @@ def difference(point: RigPoint, other: RigPoint) -> Difference | None:
 
 
 def ski_named(name: str, folder: Path, file: str | Path, place: str) -> Ski:
-    """A ski of the catalogue, or the one ski in a .toml file, whose path counts from ``folder``.
+    """Return a ski of the catalogue, or the one ski in a .toml file, whose path counts from ``folder``.
 
     Raises InputError, at ``place`` of ``file`` for a name that is neither.
     """

@@ -96,7 +96,7 @@ def _fitted(fit: Refit) -> Values:
 
 
 def _linearly(searched: Round, explanation: Explanation) -> Values:
-    """The same by the linear model of a round, all else integrated out."""
+    """Return the same by the linear model of a round, all else integrated out."""
     linear, parameters = searched.linear, searched.base.parameters
     first = linear.free.columns.shape[1] - len(parameters)
     if isinstance(explanation, Screened):

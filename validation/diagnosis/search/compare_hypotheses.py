@@ -92,8 +92,8 @@ def extended_parameters(base: Refit, candidate: Candidate) -> tuple[tuple[Parame
 
 
 def _before(model: Model, extended: Model, name: str) -> float:
-    """A number of a model, or where it has none of that name of one that is ``extended``: a candidate may begin with
-    another value.
+    """Return a number of a model, or of the one that is ``extended`` where the model has none of that name: a candidate
+    may begin with another value.
     """
     try:
         return model.value(name)
@@ -102,7 +102,7 @@ def _before(model: Model, extended: Model, name: str) -> float:
 
 
 def _responses_by_name(problem: DiagnosisProblem, fitted: FittedRun) -> dict[str, Array]:
-    """(N, probes) of every hypothesis, a unit of amplitude."""
+    """Return the responses (N, probes) of every hypothesis, a unit of amplitude."""
     problem.progress(None, "the response to every hypothesis")
     by_name = {hypothesis.name: hypothesis.probes(fitted) for hypothesis in problem.hypotheses}
     probes = [probe for some in by_name.values() for probe in some]
@@ -125,8 +125,8 @@ def _screen(
     nothing: float,
     thresholds: Thresholds,
 ) -> Screened:
-    """A hypothesis by its candidates' linear responses, whose ``overlaps`` are ``known``: the best of them, all others
-    counted as places searched; ``nothing`` is the log evidence of nothing missing.
+    """Return a hypothesis by its candidates' linear responses, whose ``overlaps`` are ``known``.  The best of them
+    stands for it, and all others count as places searched; ``nothing`` is the log evidence of nothing missing.
     """
     sizes = thresholds.sizes
     by_size = log_factors(*known, sizes)[..., 0]
@@ -152,8 +152,8 @@ def _screen(
 
 
 def _at_other_times(candidates: Sequence[Candidate], factors: Array, best: int, thresholds: Thresholds) -> list[int]:
-    """The best candidates that act when better ones do not, by all candidates' log Bayes ``factors``; none where the
-    gain is small.
+    """Return the best candidates that act when better ones do not, by all candidates' log Bayes ``factors``; none where
+    the gain is small.
 
     Where much is to be explained responses are not linear: a patch in the middle of a run gained less than a slippery
     beginning, and a fit does not go from one to the other.
@@ -170,7 +170,7 @@ def _at_other_times(candidates: Sequence[Candidate], factors: Array, best: int, 
 
 
 def _in_common(one: Candidate, other: Candidate) -> float:
-    """Share of the time of two candidates together that both act."""
+    """Return the share of the time of two candidates together that both act."""
     if one.window is None or other.window is None:
         return 1.0
     (a, b), (c, d) = one.window, other.window
@@ -295,7 +295,7 @@ def log_natural(amplitude: float, explanation: Refitted) -> float:
 
 
 def _fix_places(base: Refit, candidate: Candidate, fit: Refit) -> Refit:
-    """The fit with the candidate where it has been found: places were searched by the candidates, their freedom is not
+    """Return the fit with the candidate where it was found: the candidates searched its places, whose freedom is not
     counted again.
     """
     parameters, _ = extended_parameters(base, candidate)
@@ -306,8 +306,8 @@ def _fix_places(base: Refit, candidate: Candidate, fit: Refit) -> Refit:
 def without_law(
     problem: DiagnosisProblem, state: State, base: Refit, candidate: Candidate, fit: Refit
 ) -> tuple[LinearModel, tuple[Parameter, ...]]:
-    """Measurements less prediction about ``fit``, as if the candidate that it has did nothing; and the parameters that
-    are left, the last of what is free.
+    """Return measurements less prediction about ``fit``, as if its candidate did nothing, and the parameters that are
+    left, the last of what is free.
     """
     placed = _fix_places(base, candidate, fit)
     linear, kept = linear_model(problem, state, placed), -len(candidate.amplitudes)
@@ -325,12 +325,14 @@ def evidence_by_size(problem: DiagnosisProblem, state: State, base: Refit, expla
 
 
 def _scale(candidate: Candidate, factor: float) -> Candidate:
-    """The candidate, its usual amplitudes that much larger."""
+    """Return the candidate with its usual amplitudes that much larger."""
     return replace(candidate, free=Freedom(candidate.free.columns, factor * candidate.free.scales))
 
 
 def _models_on_both_sides(candidate: Candidate, sides: Sequence[float]) -> list[Model]:
-    """The candidate's model with its amplitudes so many of their usual sizes from where it stands, within bounds."""
+    """Return the candidate's model with its amplitudes so many of their usual sizes from where it stands, within
+    bounds.
+    """
     model, models = candidate.model, []
     for side in sides:
         values = {}

@@ -118,7 +118,9 @@ def weigh_free_form(
 def _find_again(
     hypothesis: FreeFormForce, about: Reestimate, force: Array, levels: NoiseLevels
 ) -> tuple[LinearModel, ForceOfAnyForm]:
-    """The force found about a fit in whose model ``force`` (3, c) acts, and the linear model that it was found by."""
+    """Return the force estimated about a fit in whose model ``force`` (3, c) acts, and the linear model that it was
+    estimated by.
+    """
     fitted = fitted_run(about.problem, about.state, about.fit)
     linear = linear_model(about.problem, about.state, about.fit)
     responses = responses_of(hypothesis.probes(fitted), fitted.prepared, fitted.measurements)

@@ -167,7 +167,7 @@ def carried_by_soles(fitted: FittedRun, course: Array) -> Array:
 
 
 def _readings(fitted: FittedRun, sole: Array, foot: int) -> Array:
-    """(N, k) what the insoles show of forces (n, k) N square to one foot's sole, at the run's instants."""
+    """Return what the insoles show, (N, k), of forces (n, k) N square to one foot's sole, at the run's instants."""
     measurements = fitted.measurements
     readings = np.zeros((len(measurements.measured), sole.shape[1]))
     place = slice(measurements.blocks["load"].start, measurements.blocks["difference"].stop)
@@ -192,8 +192,8 @@ class _Smoothed:
 
 
 def _smooth(gram: Array, pull: Array, priors: Sequence[Array], alone: Sequence[Array]) -> _Smoothed:
-    """Under the most probable of ``priors`` (k, k); the Bayes factor is averaged over these and those in one direction
-    ``alone``, half each.
+    """Smooth under the most probable of ``priors`` (k, k).  The Bayes factor is averaged over these and those in one
+    direction ``alone``, half each.
     """
     gains, factors = zip(*(gain_of(prior, gram, pull) for prior in priors), strict=True)
     gain = gains[int(np.argmax(factors))]
@@ -236,7 +236,7 @@ def latent_covariance(middles: Array, size: float, time: float) -> Array:
 
 
 def _standing_out(force: Array, under_noise: Array, thresholds: Thresholds) -> tuple[Array, NDArray[np.bool_]]:
-    """(3, c) scores of single cells, and whether a cell is in a window whose mean stands out.
+    """Return (3, c) scores of single cells, and whether a cell is in a window whose mean stands out.
 
     Windows of several lengths are asked, since a force of a second or two is found better as a whole; the false
     discovery rate is held over all of them.

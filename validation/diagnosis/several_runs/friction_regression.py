@@ -246,8 +246,8 @@ def _about_own_fits(
 def _about_itself(
     law_of: Callable[[Sequence[int]], Law], runs_alone: Sequence[SeparateFit], selection: Selection, values: Array
 ) -> tuple[Selection, Array]:
-    """All sums by the responses about the best one, from shared numbers ``values`` on, until it stays the best; and its
-    numbers.
+    """Compare all sums by the responses about the best one until it stays the best; return the selection and the best
+    sum's numbers.
 
     About the runs' own fits, errors of start, posture and snow stand for part of what is missing.
     """
@@ -288,7 +288,7 @@ def _counted(name: str, variable: Variable) -> str:
 
 
 def _feet(own: SeparateFit) -> FootState:
-    """Both skis at all instants of a run, (n, 2) each, on the slope's plane."""
+    """Return both skis at all instants of a run, (n, 2) each, on the slope's plane."""
     run = fitted_run(own.problem, own.state, own.fit).run
     forward = run.foot_forward[..., :2] / np.linalg.norm(run.foot_forward[..., :2], axis=-1, keepdims=True)
     v, none = run.foot_velocity, np.zeros(run.foot_load.shape)
@@ -314,8 +314,8 @@ def downhill(own: SeparateFit, first: SeparateFit) -> float:
 
 
 def _variables(feet: Sequence[FootState], away: Sequence[float]) -> dict[str, Variable]:
-    """Means and standard deviations over all runs, each instant as its load; places count from the first run's first
-    fix.
+    """Return means and standard deviations over all runs, each instant weighed by its load.  Places count from the
+    first run's first fix.
     """
     seen = [FrictionLaw().variables(ArrayMath(), replace(run, f=run.f + d)) for run, d in zip(feet, away, strict=True)]
     loads, about = np.concatenate([run.load.ravel() for run in feet]), quantities(FrictionLaw)
@@ -330,7 +330,7 @@ def _variables(feet: Sequence[FootState], away: Sequence[float]) -> dict[str, Va
 
 
 def _law(products: Sequence[str], variables: dict[str, Variable], away: Sequence[float], thresholds: Thresholds) -> Law:
-    """A sum of products, in each run with places that count from its own first fix."""
+    """Return a sum of products, in each run with places that count from its own first fix."""
     counted = {f"{name}_ref": variable.mean for name, variable in variables.items()}
     counted |= {f"{name}_scale": variable.standard_deviation for name, variable in variables.items()}
     parts = tuple(FrictionLaw(**{**counted, "place_ref": counted["place_ref"] - distance}) for distance in away)
@@ -343,7 +343,7 @@ def _law(products: Sequence[str], variables: dict[str, Variable], away: Sequence
 
 
 def _with_numbers(law: Law, own: SeparateFit, joint: Joint, fit: Refit) -> SeparateFit:
-    """A run fitted with the law, and the numbers that all share as they are in the end."""
+    """Return a run fitted with the law, with the numbers that all runs share."""
     known = {p.names[0]: p.prior.mean for p in own.fit.parameters}
     names = (*SHARED, *law.amplitudes)
     values = {name: known.get(name, 0.0) + float(shift) for name, shift in zip(names, joint.values, strict=True)}

@@ -214,7 +214,7 @@ def fit_to_all(law: Law, runs_alone: Sequence[SeparateFit], start: Array) -> Joi
 
 
 def _log_possible(law: Law, own: SeparateFit, joint: Joint) -> float:
-    """``log_share`` of a law's amplitudes, each drawn by itself."""
+    """Return ``log_share`` of a law's amplitudes, each drawn by itself."""
     _, names = law.added_to(own.fit.model, 0)
     if not names:
         return 0.0

@@ -334,9 +334,9 @@ def _evidence_of_own(end: SearchEnd, without: Reestimate, own: Refitted) -> floa
 
 
 def _either(nothing: float, own: Accepted, evidence: float, problem: DiagnosisProblem) -> float:
-    """Log evidence of a run in which nothing is missing at a place, or one of the explanations of what it was found to
-    have that keep to their time, each as probable beforehand as in a diagnosis of that run alone; ``evidence`` is that
-    of the best explanation.
+    """Return the log evidence of a run in which either nothing is missing at a place or its own finding was there.  Of
+    that finding those explanations count that keep to their time, as probable beforehand as in a diagnosis of that run
+    alone; ``evidence`` is that of the best of them.
     """
     temper, whole = problem.thresholds.temper, sum(hypothesis.weight for hypothesis in problem.hypotheses)
     logs = [temper * nothing]
@@ -348,8 +348,8 @@ def _either(nothing: float, own: Accepted, evidence: float, problem: DiagnosisPr
 
 
 def _meet_again(run: _Run, other: _Run, without: Reestimate, known: _Known) -> tuple[Reestimate, dict[str, float]]:
-    """A run that meets what another run knows of, estimated again, and by how much (m) places lie further down its fall
-    line than down the other's.
+    """Estimate a run again that meets what another run knows of; return it, and by how much (m) places lie further down
+    its fall line than down the other's.
     """
     lines = {key: run.way.line_in(known.numbers[key].mean, other.way) - known.numbers[key].mean for key in known.lines}
     fixes = float(np.hypot(run.fitted.measurements.gps_sigma, other.fitted.measurements.gps_sigma))

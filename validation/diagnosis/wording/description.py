@@ -190,7 +190,7 @@ def verdict_of(
 
 
 def _of_no_known_cause(finding: Finding) -> float:
-    """The probability that none of the known causes is behind it."""
+    """Return the probability that none of the known causes is behind it."""
     named = [(finding.name, finding.probability), *((a.name, a.probability) for a in finding.alternatives)]
     return sum(probability for name, probability in named if name in BY_NAME and BY_NAME[name].kind == "unexplained")
 
@@ -203,8 +203,8 @@ def _finding(
     missing: MissingForce,
     evidence: Evidence,
 ) -> Finding:
-    """A finding of a round, with its numbers in the ``final`` model, of which ``fitted`` is a run: only with what was
-    found is the skier where he was when.
+    """Return a finding of a round, with its numbers in the ``final`` model, of which ``fitted`` is a run.  Only with
+    all findings is the skier where he was at each instant.
     """
     hypothesis, candidate, thresholds = explanation.hypothesis, explanation.candidate, fitted.thresholds
     numbers: dict[str, Number] = {}
@@ -298,7 +298,7 @@ def held_out_stretches(
 
 
 def _memory(residual: Array, measurements: Measurements, levels: NoiseLevels) -> float:
-    """Correlation of neighbours in the track's residual once the noise's own correlation is taken out."""
+    """Return the correlation of neighbours in the track's residual once the noise's own correlation is taken out."""
     at = [measurements.blocks[name] for name in ("x", "y")]
     both = np.stack([residual[place] for place in at], axis=1)
     white = whiten(measurements.fixes, both, levels.gps, measurements.scale[at[0]])

@@ -164,10 +164,10 @@ def _what_next(
 
 
 def _percent(probability: float) -> str:
-    """Without a certainty that no search has."""
+    """Return a percentage without a certainty that no search has."""
     return "more than 99%" if probability > _CERTAIN else f"{probability:.0%}"
 
 
 def _cause(name: str) -> str:
-    """A cause as a reader knows it."""
+    """Return a cause as a reader knows it."""
     return "that nothing is missing" if name == NOTHING_MISSING else BY_NAME[name].caption

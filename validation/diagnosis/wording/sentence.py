@@ -56,7 +56,7 @@ def sentence_of(
 
 
 def _metres(distance: float) -> str:
-    """A good receiver's track is met to some millimetres."""
+    """Return metres with the digits that count: a good receiver's track is met to some millimetres."""
     return f"{distance:.3f}" if distance < 0.1 else f"{distance:.2f}"
 
 

@@ -76,6 +76,6 @@ class DragOfOneSki(InTime):
 
 
 def _which(model: Model) -> str:
-    """The ski that the model's terms hold back, in words."""
+    """Return the ski that the model's terms hold back, in words."""
     sides = {term.side for term in model.terms if isinstance(term, UnexplainedDrag)}
     return {frozenset({1.0}): "the left ski", frozenset({-1.0}): "the right ski"}.get(frozenset(sides), "one ski")
