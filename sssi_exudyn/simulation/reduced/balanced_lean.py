@@ -1,7 +1,7 @@
 """Balance on snow that edges cut: a slow lean of the whole posture under which the skier does not fall sideways.
 
 A captured posture fits one path.  Where other skis or other snow lead along another one, what the snow does about the
-centre of mass is not what the posture needs.  In roll, about the way, the difference is
+centre of mass is not what the posture needs.  In roll, about the path, the difference is
 
     r = (moment of the snow − d/dt angular momentum) · way,
 
@@ -10,7 +10,7 @@ by Gauss and Newton's method with Broyden's updates, so that the means of r over
 
     Σ (r/σ_r)² + Σ (lean/σ)².
 
-Air acts along the way and has no part in it.
+Air acts along the path and has no part in it.
 """
 
 from __future__ import annotations
@@ -123,28 +123,28 @@ def balance(
         windows = np.array_split(roll_left_over(done), max(1, round((end - motion.start) / WINDOW)))
         return np.array([window.mean() for window in windows])
 
-    def value(found: Array, lean: Array) -> float:
-        return float(np.sum((found / MOMENT_SIGMA) ** 2) + np.sum((lean / LEAN_SIGMA) ** 2))
+    def value(moments: Array, lean: Array) -> float:
+        return float(np.sum((moments / MOMENT_SIGMA) ** 2) + np.sum((lean / LEAN_SIGMA) ** 2))
 
     lean = np.zeros(count) if begin is None else begin.lean
-    before = found = left_over(lean)
+    before = moments = left_over(lean)
     if begin is None:
-        by_lean = np.column_stack([(left_over(_TRIED * unit) - found) / _TRIED for unit in np.eye(count)])
+        by_lean = np.column_stack([(left_over(_TRIED * unit) - moments) / _TRIED for unit in np.eye(count)])
     else:
         by_lean = begin.by_lean
     share, enough = 1.0, False
     for _ in range(_ROUNDS):
         normal = by_lean.T @ by_lean / MOMENT_SIGMA**2 + np.eye(count) / LEAN_SIGMA**2
-        step = -share * np.linalg.solve(normal, by_lean.T @ found / MOMENT_SIGMA**2 + lean / LEAN_SIGMA**2)
+        step = -share * np.linalg.solve(normal, by_lean.T @ moments / MOMENT_SIGMA**2 + lean / LEAN_SIGMA**2)
         tried = left_over(lean + step)
-        by_lean = by_lean + np.outer(tried - found - by_lean @ step, step) / (step @ step)
-        gained = value(found, lean) - value(tried, lean + step)
+        by_lean = by_lean + np.outer(tried - moments - by_lean @ step, step) / (step @ step)
+        gained = value(moments, lean) - value(tried, lean + step)
         if gained <= 0.0:
             share *= 0.5
             continue
-        little = gained < _ENOUGH * value(found, lean)
-        lean, found, share = lean + step, tried, min(1.0, 2.0 * share)
+        little = gained < _ENOUGH * value(moments, lean)
+        lean, moments, share = lean + step, tried, min(1.0, 2.0 * share)
         if little and enough:
             break
         enough = little
-    return Balanced(lean_by(model, time, lean), time, lean, before, found, by_lean)
+    return Balanced(lean_by(model, time, lean), time, lean, before, moments, by_lean)

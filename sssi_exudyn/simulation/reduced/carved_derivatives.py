@@ -79,8 +79,8 @@ class CarvedLinearisation:
         )  # fmt: skip
         back = np.argsort(np.array(order, dtype=np.intp))
         through = series.angle if own else None
-        found = run_slopes(done.at, ordered, series, series.forward, self._turning, through)
-        return self.run, {name: array[..., own + back] for name, array in found.items()}
+        slopes_by_field = run_slopes(done.at, ordered, series, series.forward, self._turning, through)
+        return self.run, {name: array[..., own + back] for name, array in slopes_by_field.items()}
 
 
 def _heading_slopes(done: Carved, turning: Sequence[Direction], captured: Sequence[Direction]) -> HeadingSlopes:
@@ -109,7 +109,7 @@ def _heading_slopes(done: Carved, turning: Sequence[Direction], captured: Sequen
 
 def _turning(done: Carved) -> tuple[Direction, ...]:
     """Return the solved heading, its rate and its acceleration as numbers; none where it is the captured one."""
-    if not done.heading.found:
+    if not done.heading.solved:
         return ()
     at, steps = done.captured, done.heading.angle + 1j * STEP * np.eye(3)[:, None]
     return tuple(Direction(tables=at.turn(Turn.of(at.up, step))) for step in steps)
@@ -117,7 +117,7 @@ def _turning(done: Carved) -> tuple[Direction, ...]:
 
 def _turned(done: Carved, direction: Direction) -> Direction:
     """Return the direction with its tables turned as the run was."""
-    if direction.tables is None or not done.heading.found:
+    if direction.tables is None or not done.heading.solved:
         return direction
     return replace(direction, tables=direction.tables.turn(Turn.of(done.at.up, done.heading.angle)))
 

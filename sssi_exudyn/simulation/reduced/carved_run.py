@@ -33,7 +33,7 @@ from sssi_exudyn.simulation.result import side_reserve
 from sssi_exudyn.simulation.ski_on_snow.boot_joint import BootJoint, boot_joint
 from sssi_exudyn.simulation.ski_on_snow.edge import EdgeWork
 from sssi_exudyn.simulation.ski_on_snow.groove import Groove
-from sssi_exudyn.simulation.ski_on_snow.heading_kernel import FoundHeading
+from sssi_exudyn.simulation.ski_on_snow.heading_kernel import SolvedHeading
 from sssi_exudyn.simulation.ski_on_snow.structs import PrescribedMotion, ReducedSeries
 
 COARSE_POINTS: Final = 50
@@ -90,7 +90,7 @@ class Carved:
     at: Prepared
     captured: Prepared
     system: CarvedSystem
-    heading: FoundHeading
+    heading: SolvedHeading
     place: Array
     velocity: Array
     bent: Array
@@ -147,12 +147,12 @@ def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None)
         raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
     velocity[2] = along_snow(model, place + at.foot_place[0], velocity, at.foot_velocity[0], SHARE)
     series, heading = _empty_series(len(at.time), modes), _kernel_heading(model, at)
-    if heading.found:
+    if heading.solved:
         system = system._replace(motion=_copy_turned(system.motion))
     reached = kernel.run_carved(system, heading, CarvedState.begin(place, velocity, bent), memory, work, series)
     if reached < len(at.time):
         raise SimulationDiverged(float(at.time[reached]), "Newton's method does not converge on snow that edges cut")
-    turned = at.turn(Turn.of(at.up, heading.angle)) if heading.found else at
+    turned = at.turn(Turn.of(at.up, heading.angle)) if heading.solved else at
     return Carved(turned, at, system, heading, place, velocity, bent, series)
 
 
@@ -187,11 +187,11 @@ def _kernel_joint(joint: BootJoint, cut: BeamMesh) -> Joint:
     )
 
 
-def _kernel_heading(model: Model, at: Prepared) -> FoundHeading:
+def _kernel_heading(model: Model, at: Prepared) -> SolvedHeading:
     """Return the skier's heading as the kernel takes it, its tables not shared with others."""
     held, whole = model.heading, at.whole_body()
-    return FoundHeading(
-        found=int(held.is_found),
+    return SolvedHeading(
+        solved=int(held.is_found),
         stiffness=held.stiffness if held.mode == "track" else 0.0,
         damping_ratio=held.damping_ratio,
         up=at.up,

@@ -60,7 +60,7 @@ class Joint(NamedTuple):
     """How a ski turns against its foot.
 
     stiffness, damping, inertia : (2,) N m/rad, N m s/rad, kg m² in yaw and roll;  rest : (2, 2) rad by ski
-    slowing : (2,) N s/m, N m s/rad of the dampers of heave and pitch beside the vibrations' own damping
+    slowing : (2,) N s/m, N m s/rad of the dampers of heave and pitch in addition to the vibrations' own damping
     """
 
     stiffness: Array
@@ -124,7 +124,7 @@ class CarvedState(NamedTuple):
 
 
 class CarvedWork(NamedTuple):
-    """Arrays in which a step is found.
+    """Arrays in which a step is solved for.
 
     edges : ``EdgeWork``;  snow, frame, local : (3, 3) the snow's axes, a ski's rotation, and that on the snow
     columns : (6 + k, 5 + k) how a ski's snow coordinates follow from what is sought of pelvis and ski
@@ -287,7 +287,7 @@ def press_ski(system, memory, pose, long, h, work):
 def run_carved(system, heading, state, memory, work, series):
     """Integrate a run from its start; fills series.  The number of instants that were reached.
 
-    heading : ``FoundHeading``; where it is found the tables of the system's motion and its own are turned in place
+    heading : ``SolvedHeading``; where solved, the tables of the system's motion and its own are turned in place
     state : ``CarvedState``;  memory : ``Groove`` with a first axis for the skis;  work : ``CarvedWork``
     """
     for n in range(system.motion.time.shape[0]):
@@ -302,7 +302,7 @@ def advance(system, heading, n, state, memory, work, series):
     method fails.
     """
     step, rule = time_step(n, system.motion.step), backward(n, system.motion.step, system.order)
-    if heading.found:
+    if heading.solved:
         turn_heading(heading, system.motion, n, step.length)
     for side in range(2):
         advect(system.ski, of_ski(memory, side), step.length)
@@ -332,7 +332,7 @@ def advance(system, heading, n, state, memory, work, series):
     take(state, x, v, n, series)
     for side in range(2):
         accept(of_ski(memory, side))
-    if heading.found:
+    if heading.solved:
         heading.moment[n] = moment_on_heading(
             heading, system.motion, n, series.force[n], series.moment[n], work.drag, body
         )  # fmt: skip

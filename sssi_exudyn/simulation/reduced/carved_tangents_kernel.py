@@ -397,8 +397,8 @@ def advance_tangents(system, heading, inputs, slopes, n, state, memory, rooms, s
     """
     (run, tangents), (work, lines, room) = series, rooms
     step, rule = time_step(n, system.motion.step), backward(n, system.motion.step, system.order)
-    predict_tangents(state, step, rule, OF_HEADING if heading.found else 0)
-    if heading.found and n > 0:
+    predict_tangents(state, step, rule, OF_HEADING if heading.solved else 0)
+    if heading.solved and n > 0:
         next_heading_tangents(heading, slopes, n, step.length, state.moment, state.turned)
     x, v, trial = three(run.place[n], 0), three(run.velocity[n], 0), run.acceleration[n]
     begin_tangents(system, inputs, n, trial, state)
@@ -417,7 +417,7 @@ def advance_tangents(system, heading, inputs, slopes, n, state, memory, rooms, s
         system.parameters, system.motion, inputs, n, x, v, step.by_place, step.by_rate, state.z, state.zv, 0,
         room.air, room.by_air, room.by_body, state.matrix, state.right,
     )  # fmt: skip
-    if heading.found:
+    if heading.solved:
         through_heading(state.right, state.turned)
         for side in range(2):
             through_heading(room.seen[side, :, 3 + run.bent.shape[2] :], state.turned)
@@ -426,7 +426,7 @@ def advance_tangents(system, heading, inputs, slopes, n, state, memory, rooms, s
     take_tangents(state, solved, (step, rule), n, tangents)
     for side in range(2):
         take_ski_tangents(solved, n, side, lines, room, tangents)
-    if heading.found:
+    if heading.solved:
         tangents.angle[n] = state.turned
         room.held[:, :, :OF_HEADING] = 0.0
         moment_tangents(system, heading, slopes, inputs, n, (x, v), state, series, room)

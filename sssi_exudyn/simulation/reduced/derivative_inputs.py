@@ -26,11 +26,11 @@ from sssi_exudyn.simulation.ski_on_snow.structs import (
 from sssi_exudyn.terrain.surface import grid_patch, patch_under
 
 STEP: Final = 1e-20
-"""Of a complex step; its square is lost beside any number, so that nothing but the derivative is left."""
+"""Of a complex step; its square is lost next to any number, so that nothing but the derivative is left."""
 _OVER_TIME: Final = ("antenna", "foot", "com", "exposed")
 """How names of tables over time begin, each with one row an instant."""
 _SEEN: Final = ("antenna", "com_place", "com_velocity", "foot_place", "foot_velocity")
-"""Tables that a run shows besides what is sought."""
+"""Tables that a run shows in addition to what is sought."""
 
 
 @dataclass(frozen=True)
@@ -218,12 +218,13 @@ def table_slopes(at: Prepared, ordered: Sequence[Direction], name: str) -> Array
 
 
 def run_slopes(
-    at: Prepared, ordered: Sequence[Direction], found: Any, forward: Array, through: Sequence[Direction] = (),
+    at: Prepared, ordered: Sequence[Direction], tangents: Any, forward: Array, through: Sequence[Direction] = (),
     amounts: Array | None = None,
 ) -> dict[str, Array]:  # fmt: skip
-    """Return derivatives of each field of ``ReducedRun`` from those of the kernel and those of the skis' forward axes
-    (n, 2, 3, d).
+    """Return derivatives of each field of ``ReducedRun``.
 
+    tangents : the kernel's ``TangentSeries``, or with edges that cut ``CarvedTangents``
+    forward : (n, 2, 3, d) those of the skis' forward axes
     through, amounts : the heading's own three directions, and its tangents (n, 3, d) where it is found
     """
     tables = {name: table_slopes(at, ordered, name) for name in _SEEN}
@@ -234,26 +235,26 @@ def run_slopes(
             array += np.einsum("n...k,nkd->n...d", table_slopes(at, through, name), amounts)
     return {
         "time": np.zeros((len(at.time), len(ordered))),
-        "pelvis": found.place,
-        "pelvis_velocity": found.velocity,
-        "antenna": found.place + tables["antenna"],
-        "com": found.place + tables["com_place"],
-        "com_velocity": found.velocity + tables["com_velocity"],
-        "foot_load": found.loads,
-        "sole_force": found.sole,
-        "foot_friction": found.friction,
-        "foot_position": found.place[:, None] + tables["foot_place"],
-        "foot_velocity": found.velocity[:, None] + tables["foot_velocity"],
+        "pelvis": tangents.place,
+        "pelvis_velocity": tangents.velocity,
+        "antenna": tangents.place + tables["antenna"],
+        "com": tangents.place + tables["com_place"],
+        "com_velocity": tangents.velocity + tables["com_velocity"],
+        "foot_load": tangents.loads,
+        "sole_force": tangents.sole,
+        "foot_friction": tangents.friction,
+        "foot_position": tangents.place[:, None] + tables["foot_place"],
+        "foot_velocity": tangents.velocity[:, None] + tables["foot_velocity"],
         "foot_forward": forward,
-        "edge_angle": found.edges,
-        "snow_force": found.force,
-        "snow_moment": found.moment,
+        "edge_angle": tangents.edges,
+        "snow_force": tangents.force,
+        "snow_moment": tangents.moment,
         "heading": heading,
     }
 
 
 def of_foot(inputs: TangentInputs, foot: int, row: int) -> Array:
     """Return three rows (3, d) of the feet's table at the start, for all numbers."""
-    found = np.zeros((3, len(inputs.mass)))
-    found[:, : inputs.feet.shape[3]] = inputs.feet[0, foot, row : row + 3]
-    return found
+    rows = np.zeros((3, len(inputs.mass)))
+    rows[:, : inputs.feet.shape[3]] = inputs.feet[0, foot, row : row + 3]
+    return rows

@@ -114,8 +114,8 @@ def run_tangents(
         derivatives = partial(_pass, model, prepared.correct_capture(model))
     passes = side_by_side(lambda group: derivatives([makers[i]() for i in group]), groups)
     slopes: dict[str, Array] = {}
-    for group, (_, found) in zip(groups, passes, strict=True):
-        for name, array in found.items():
+    for group, (_, derivatives_in_group) in zip(groups, passes, strict=True):
+        for name, array in derivatives_in_group.items():
             slopes.setdefault(name, np.zeros((*array.shape[:-1], len(makers))))[..., group] = array
     return passes[0][0], ReducedRun(**slopes)
 
@@ -182,7 +182,7 @@ def skier_mass_change(model: Model, motion: Motion, prepared: Prepared) -> Table
         segments = light + size * (heavy - light)
 
         def mean(name: str) -> Array:
-            first, second = (each.body_mass * getattr(each, name) for each in (prepared, other))
+            first, second = (tables.body_mass * getattr(tables, name) for tables in (prepared, other))
             return np.asarray((first + size * (second - first)) / body)
 
         first, second = light * prepared.exposed_velocity, heavy * other.exposed_velocity
@@ -241,7 +241,7 @@ def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[
     parameters = law_parameters(model.terms)
     start = start_of_run(model, at, kernel, parameters, contact)
     tables = [d.tables for d in directions]
-    begins = [first_change(each) for each in tables]
+    begins = [first_change(table) for table in tables]
     order = sorted(range(len(tables)), key=lambda i: (rank(tables[i]), -begins[i]))
     ordered = [directions[i] for i in order]
     listed, by_parameter = listed_parameters(model.terms, ordered)
@@ -255,8 +255,8 @@ def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[
     done = kernel.run_tangents(parameters, contact, motion, start.state, inputs, series, slopes)
     run = reduced_run(at, series, done)
     back = np.argsort(np.array(order, dtype=np.intp))
-    found = run_slopes(at, ordered, slopes, table_slopes(at, ordered, "foot_rotation")[..., 0, :])
-    return run, {name: array[..., back] for name, array in found.items()}
+    slopes_by_field = run_slopes(at, ordered, slopes, table_slopes(at, ordered, "foot_rotation")[..., 0, :])
+    return run, {name: array[..., back] for name, array in slopes_by_field.items()}
 
 
 def _start_tangents(
@@ -325,13 +325,13 @@ def _rest_tangents(
         z[ski, fixed : fixed + count] = inputs.parameters
         kernel.collect_patch(z[ski], inputs, contact.surface, at_foot[0], at_foot[1])
         rows = slice(1 + ski * modes, 1 + (ski + 1) * modes)
-        found, modal = skis[ski], slice(MODAL, MODAL + modes)
-        matrix[0, 0] += found[2, PLACE + 2]
-        matrix[0, rows] = found[2, MODES : MODES + modes]
-        matrix[rows, 0] = -found[modal, PLACE + 2]
-        matrix[rows, rows] = np.diag(contact.omega**2) - found[modal, MODES : MODES + modes]
-        right[0] -= found[2] @ z[ski]
-        right[rows] = found[modal] @ z[ski]
+        linear, modal = skis[ski], slice(MODAL, MODAL + modes)
+        matrix[0, 0] += linear[2, PLACE + 2]
+        matrix[0, rows] = linear[2, MODES : MODES + modes]
+        matrix[rows, 0] = -linear[modal, PLACE + 2]
+        matrix[rows, rows] = np.diag(contact.omega**2) - linear[modal, MODES : MODES + modes]
+        right[0] -= linear[2] @ z[ski]
+        right[rows] = linear[modal] @ z[ski]
     solution: Array = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
     loads = np.zeros((2, many))
     for ski in range(2):

@@ -31,7 +31,7 @@ OF_HEADING = 3
 class HeadingSlopes(NamedTuple):
     """What the numbers change of the heading's tables, but through the heading; d columns or less, for the first.
 
-    inertia, momentum : (t, ≤ d) of ``FoundHeading``'s;  com : (t, 3, ≤ d) of its ``com_place``
+    inertia, momentum : (t, ≤ d) of ``SolvedHeading``'s;  com : (t, 3, ≤ d) of its ``com_place``
     swing : (t, 3e, ≤ d) of its ``exposed_swing``
     """
 
@@ -91,7 +91,7 @@ def moment_tangents(system, heading, slopes, inputs, n, pelvis, state, series, r
     many = turned.shape[1]
     up, com = three(heading.up, 0), three(heading.com_place[n], 0)
     body, d_com = whole_change(inputs.body[n], turned), whole_change(slopes.com[n], turned)
-    swing, beside = whole_change(slopes.swing[n], turned), cross(up, com)
+    swing, com_swing = whole_change(slopes.swing[n], turned), cross(up, com)
     changed, still = np.zeros((3, many)), np.zeros((2, many))
     moment[:] = 0.0
     for side in range(2):
@@ -114,7 +114,7 @@ def moment_tangents(system, heading, slopes, inputs, n, pelvis, state, series, r
         collect_force(changed, room.air, z, zv, still, body[6 + 3 * e : 9 + 3 * e])
         add_air_parameters(parameters, motion, inputs, n, e, x, v, 0, room.air, room.by_air, changed)
         force = (pushed[0], pushed[1], pushed[2])
-        lever, aside = plus(three(heading.exposed_swing[n, e], 0), times(-1.0, beside)), cross(force, up)
+        lever, aside = plus(three(heading.exposed_swing[n, e], 0), times(-1.0, com_swing)), cross(force, up)
         for k in range(many):
             for c in range(3):
                 moment[k] += lever[c] * changed[c, k] + force[c] * swing[3 * e + c, k] - aside[c] * d_com[c, k]

@@ -169,7 +169,7 @@ class Prepared:
         """Return in the foot's frame the held node's acceleration less gravity, and the ski's effective turning, (n, 2,
         3) each.
 
-        A ski is thin: the centrifugal field on its long axis is that of an angular acceleration besides, Ω × (Ω × x)
+        A ski is thin: the centrifugal field on its long axis is that of a further angular acceleration, Ω × (Ω × x)
         = α' × x.
         """
         arm = np.einsum("nsij,j->nsi", self.foot_rotation, self.held)

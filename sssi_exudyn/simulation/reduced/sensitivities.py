@@ -51,7 +51,7 @@ def sensitivities(
     run, slopes = run_tangents(model, prepared, names, changes)
     first = observed(model, run)
     models = [*(complex_model(model, name) for name in names), *(model for _ in changes)]
-    columns = [np.imag(observed(each, along(run, slopes, i))) / STEP for i, each in enumerate(models)]
+    columns = [np.imag(observed(stepped, along(run, slopes, i))) / STEP for i, stepped in enumerate(models)]
     return first, np.stack(columns, axis=-1) if columns else np.zeros((*first.shape, 0))
 
 
@@ -93,9 +93,11 @@ def responses_to_additions(
             np.imag(observed(complex_model(*additions[i]), along(run, slopes, k))) / STEP for k, i in enumerate(group)
         ]
 
-    found = side_by_side(columns, parts, cores=cores)
+    columns_of_parts = side_by_side(columns, parts, cores=cores)
     seen = {
-        i: column for (_, group), some in zip(parts, found, strict=True) for i, column in zip(group, some, strict=True)
+        i: column
+        for (_, group), some in zip(parts, columns_of_parts, strict=True)
+        for i, column in zip(group, some, strict=True)
     }
     return np.stack([seen[i] for i in range(len(additions))], axis=-1)
 
@@ -121,9 +123,9 @@ def simulate_each(
     parts = [(group[0], group[k::cores]) for group in groups.values() for k in range(min(cores, len(group)))]
     tables = {group[0]: prepared.correct_capture(models[group[0]]) for group in groups.values()}
     reduced_module()  # once, before threads ask for it
-    found = side_by_side(lambda part: _runs([models[i] for i in part[1]], tables[part[0]]), parts, cores=cores)
+    runs_of_parts = side_by_side(lambda part: _runs([models[i] for i in part[1]], tables[part[0]]), parts, cores=cores)
     seen: dict[int, Array] = {}
-    for (_, indices), runs in zip(parts, found, strict=True):
+    for (_, indices), runs in zip(parts, runs_of_parts, strict=True):
         seen |= {i: observed(models[i], run) for i, run in zip(indices, runs, strict=True)}
     return [seen[i] for i in range(len(models))]
 

@@ -199,10 +199,10 @@ def settle(parameters, contact, x, foot_place, foot_rotation, load, eta):
         for ski in range(2):
             foot = (plus((x[0], x[1], height), three(foot_place[ski], 0)), still, foot_rotation[ski], still)
             pose_points(parameters, contact, foot, eta[ski], rest, posed)
-            found, _area, _force, _moment = snow(
+            load_on_ski, _area, _force, _moment = snow(
                 parameters, contact, foot, posed, 3 + ski * modes, place, residual, matrix, scratch
             )
-            carried += found
+            carried += load_on_ski
             for k in range(modes):
                 residual[3 + ski * modes + k] += omega[k] ** 2 * eta[ski, k]
                 matrix[3 + ski * modes + k, 3 + ski * modes + k] += omega[k] ** 2
@@ -325,10 +325,10 @@ def add_friction(parameters, contact, foot, t, ski, groove, step, n, series, wor
     _, normal = ground(parameters, patch_under(contact.surface, at[0], at[1]), at[0], at[1])
     along, across, edge = ski_axes(normal, frame)
     load = series.loads[n, ski]
-    found = foot_derivatives(
+    law = foot_derivatives(
         parameters, load, dot(velocity, along), dot(velocity, across), edge, groove, t, at[0], at[1], 1.0 - 2.0 * ski
     )
-    friction, sole = foot_forces(load, found[0], found[1], normal, along, across, frame)
+    friction, sole = foot_forces(load, law[0], law[1], normal, along, across, frame)
     series.edges[n, ski], series.sole[n, ski] = edge, sole
     for c in range(3):
         work.residual[c] -= friction[c]
@@ -336,8 +336,8 @@ def add_friction(parameters, contact, foot, t, ski, groove, step, n, series, wor
         series.force[n, ski, c] += friction[c]
         for d in range(3):
             work.matrix[c, d] -= step.by_rate * (
-                along[c] * (found[3] * along[d] + found[4] * across[d])
-                + across[c] * (found[6] * along[d] + found[7] * across[d])
+                along[c] * (law[3] * along[d] + law[4] * across[d])
+                + across[c] * (law[6] * along[d] + law[7] * across[d])
             )
 
 
@@ -348,14 +348,14 @@ def push_body(parameters, motion, n, x, v, step, work):
     for k in range(motion.area.shape[0]):
         moving = plus(v, three(motion.exposed_velocity[n, k], 0))
         facing = motion.exposed_facing[n, k]
-        found = segment_derivatives(
+        air = segment_derivatives(
             parameters, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], motion.area[k],
             facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
         )  # fmt: skip
         for c in range(3):
-            residual[c] -= found[c]
+            residual[c] -= air[c]
             for d in range(3):
-                matrix[c, d] -= step.by_rate * found[3 + 3 * c + d]
+                matrix[c, d] -= step.by_rate * air[3 + 3 * c + d]
     at, moving = plus(x, three(motion.com_place[n], 0)), plus(v, three(motion.com_velocity[n], 0))
     body = body_force(parameters, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2])
     for c in range(3):

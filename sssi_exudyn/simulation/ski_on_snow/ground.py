@@ -63,10 +63,10 @@ def collect_patch(z, inputs, surface, f, l):
     first = z.shape[0] - PATCH
     z[first:] = 0.0
     for i in range(grids.shape[0]):
-        found = grid_patch(grids[i], surface.origin, surface.spacing, f, l)
+        patch = grid_patch(grids[i], surface.origin, surface.spacing, f, l)
         for c in range(PATCH):
             for k in range(z.shape[1]):
-                z[first + c, k] += found[c] * amounts[i, k]
+                z[first + c, k] += patch[c] * amounts[i, k]
 
 
 @njit(cache=True, error_model="numpy")

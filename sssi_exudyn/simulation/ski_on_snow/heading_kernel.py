@@ -13,10 +13,10 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
 
 
-class FoundHeading(NamedTuple):
-    """How the skier's heading about gravity is found: by how much the whole posture is turned from the captured one.
+class SolvedHeading(NamedTuple):
+    """How the skier's heading about gravity is solved for: by how much the posture is turned from the captured one.
 
-    found : 1, or 0 where it stays the captured one; the rest is not looked at then
+    solved : 1, or 0 where it stays the captured one; the rest is not looked at then
     stiffness, damping_ratio : N m/rad of the spring that holds it to the captured one, share of its critical damping
     up : (3,) against gravity;  held : (3,) m, the skis' held node in the foot's frame
     inertia, momentum : (t,) kg m², N m s of skier and skis, which do not give, about the vertical through their centre
@@ -27,7 +27,7 @@ class FoundHeading(NamedTuple):
     moment : (t,) N m of snow and air about that vertical;  filled
     """
 
-    found: int
+    solved: int
     stiffness: float
     damping_ratio: float
     up: Array

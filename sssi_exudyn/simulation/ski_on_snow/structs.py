@@ -26,7 +26,7 @@ class SnowGrid(NamedTuple):
 class Sections(NamedTuple):
     """Contact sections and lumped masses of a ski of the full model, the same for both skis.
 
-    element, share, length : (m,) element index, share of the way to its second node, length of edge (m)
+    element, share, length : (m,) element index, share of the distance to its second node, length of edge (m)
     offset : (m, 2, 3) left and right edge in the section's frame, m
     damping : (n, 3) structural damping of each element against relative spin about its own axes, N m s
     node_mass, node_moment : (n + 1,) kg and (n + 1, 3) kg m² of each node, about the foot's axes
@@ -44,7 +44,7 @@ class Sections(NamedTuple):
 
 
 class CuttingEdges(NamedTuple):
-    """What of the sections of a ski edges that cut need besides ``Sections``, and how the ski gives against its foot.
+    """What edges that cut need of a ski's sections in addition to ``Sections``, and how it gives against its foot.
 
     tangent : (m, 2, 3) unit vectors forward along the left and right edge in the section's frame
     width, station, element_length : (m,) m, of the ski, along it, and of the element that the section lies in

@@ -35,7 +35,7 @@ def test_what_is_left_over_in_roll_is_what_inverse_dynamics_find() -> None:
     snow = Carving(mu=0.13, hardness=0.54e8, strength=0.9e5)
     tried = replace(paper, terms=combine_terms(paper.terms, (snow,)))
     seconds = 1.0
-    found = roll_left_over(carved_run(tried, prepare(tried, motion, stop=motion.start + seconds)))
+    left_over = roll_left_over(carved_run(tried, prepare(tried, motion, stop=motion.start + seconds)))
     run = simulate(tried, motion, stop=motion.start + seconds, tree=False)
     way = (run.com_velocity @ slope_to_level(motion.inclination).T)[:, :2]
     way /= np.linalg.norm(way, axis=1, keepdims=True)
@@ -43,7 +43,7 @@ def test_what_is_left_over_in_roll_is_what_inverse_dynamics_find() -> None:
     count = round(seconds / 0.1)
     assert np.abs(windows(expected, count)).max() > 40.0
     # the residual moment makes up for what is left over; 3 N of load, half a metre aside of the centre of mass
-    np.testing.assert_allclose(windows(found, count)[1:], -windows(expected, count)[1:], atol=3.0)
+    np.testing.assert_allclose(windows(left_over, count)[1:], -windows(expected, count)[1:], atol=3.0)
 
 
 @pytest.mark.long
@@ -51,18 +51,18 @@ def test_a_skier_who_would_fall_leans() -> None:
     """Skis edged to the left under an upright skier: their turn would throw him over to the outside."""
     edged = standing(1.0, hip_adduction_l=0.12, hip_adduction_r=-0.14)
     tried = model((Carving(mu=0.05),), speed=8.0)
-    found = balance(tried, edged)
-    assert len(found.before) == round(1.0 / WINDOW)
-    rms = [np.sqrt(np.mean(each**2)) for each in (found.before, found.after)]
+    balanced = balance(tried, edged)
+    assert len(balanced.before) == round(1.0 / WINDOW)
+    rms = [np.sqrt(np.mean(moment**2)) for moment in (balanced.before, balanced.after)]
     assert rms[1] < 0.5 * rms[0]
-    assert 0.01 < np.abs(found.lean).max() < 0.5
-    again = windows(roll_left_over(carved_run(found.model, prepare(found.model, edged))), len(found.after))
-    np.testing.assert_allclose(again, found.after)
+    assert 0.01 < np.abs(balanced.lean).max() < 0.5
+    again = windows(roll_left_over(carved_run(balanced.model, prepare(balanced.model, edged))), len(balanced.after))
+    np.testing.assert_allclose(again, balanced.after)
     # on other snow the search goes on from that lean, and ends where one from none does
     other = tried.with_values({"carving.mu": 0.07})
-    anew, onwards = balance(other, edged), balance(other, edged, begin=found)
-    assert np.sqrt(np.mean(onwards.before**2)) < 0.5 * np.sqrt(np.mean(anew.before**2))
-    np.testing.assert_allclose(onwards.lean, anew.lean, atol=np.radians(1.0))
+    from_none, onwards = balance(other, edged), balance(other, edged, begin=balanced)
+    assert np.sqrt(np.mean(onwards.before**2)) < 0.5 * np.sqrt(np.mean(from_none.before**2))
+    np.testing.assert_allclose(onwards.lean, from_none.lean, atol=np.radians(1.0))
 
 
 def test_a_lean_is_added_to_what_is_corrected_already() -> None:

@@ -54,11 +54,11 @@ def test_a_flat_ski_glides_with_its_friction() -> None:
 
 
 def test_left_and_right_are_alike() -> None:
-    found = gliding()
-    np.testing.assert_allclose(found.run.foot_load[:, 0], found.run.foot_load[:, 1], rtol=1e-3)
+    symmetric = gliding()
+    np.testing.assert_allclose(symmetric.run.foot_load[:, 0], symmetric.run.foot_load[:, 1], rtol=1e-3)
     # friction acts at the deeper edge, which rounding chooses where a ski is flat: 17 N on 33 mm turn it by 0.6 mrad
-    assert np.abs(found.yaw).max() < 1e-3
-    assert np.abs(found.run.com[:, 1] - found.run.com[0, 1]).max() < 0.01
+    assert np.abs(symmetric.yaw).max() < 1e-3
+    assert np.abs(symmetric.run.com[:, 1] - symmetric.run.com[0, 1]).max() < 0.01
 
 
 def test_the_step_matters_little() -> None:
@@ -68,35 +68,35 @@ def test_the_step_matters_little() -> None:
 
 
 def test_the_snow_takes_what_the_skis_give() -> None:
-    found, prepared = carved(CARVED_STEP)
-    run, time = found.run, found.run.time
-    into_snow = np.trapezoid(found.friction + found.skid + found.pressing, time)
-    angles = found.yaw, found.roll, found.pitch
+    series, prepared = carved(CARVED_STEP)
+    run, time = series.run, series.run.time
+    into_snow = np.trapezoid(series.friction + series.skid + series.pressing, time)
+    angles = series.yaw, series.roll, series.pitch
     against_feet = np.stack([np.gradient(angle, time, axis=0) for angle in angles], axis=-1)
     up, forward = prepared.foot_rotation[..., 2], run.foot_forward
     axes = np.stack([up, forward, np.cross(up, forward)], axis=-2)
     spin = prepared.foot_spin + np.einsum("nsa,nsai->nsi", against_feet, axes)
-    lifted = found.heave[..., None] * up
-    velocity = run.foot_velocity + np.gradient(found.heave, time, axis=0)[..., None] * up
+    lifted = series.heave[..., None] * up
+    velocity = run.foot_velocity + np.gradient(series.heave, time, axis=0)[..., None] * up
     velocity = velocity + np.cross(prepared.foot_spin, lifted)
     moment = run.snow_moment - np.cross(lifted, run.snow_force)  # about the boot centre, which heaves
     by_skis = np.sum(run.snow_force * velocity, axis=(1, 2)) + np.sum(moment * spin, axis=(1, 2))
     # what is bent into the skis, and that of the other edge where a ski lies flat, is left out
     assert into_snow == pytest.approx(-np.trapezoid(by_skis, time), rel=0.02)
-    assert found.friction.min() >= 0.0
+    assert series.friction.min() >= 0.0
     # what the snow that is thrown aside resists is not the wall's
-    assert found.side_reserve.min() >= 0.0
-    assert found.side_reserve.max() <= 1.0
+    assert series.side_reserve.min() >= 0.0
+    assert series.side_reserve.max() <= 1.0
 
 
 def test_skis_turn_little_below_the_feet_and_another_ski_runs_another_way() -> None:
-    found, _ = carved(CARVED_STEP)
-    assert np.degrees(np.sqrt(np.mean(found.yaw**2))) < 8.0
+    series, _ = carved(CARVED_STEP)
+    assert np.degrees(np.sqrt(np.mean(series.yaw**2))) < 8.0
     recording, motion = bundled("intermediate")
     paper = model_of(recording, motion)
     other = replace(paper, ski=read_ski("giant_slalom_183", "."), terms=combine_terms(paper.terms, (Carving(mu=0.1),)))
     run = simulate_carved(other, prepare(other, motion, stop=motion.start + 2.0)).run
-    assert 0.05 < np.linalg.norm(run.com[-1] - found.run.com[-1]) < 5.0  # m
+    assert 0.05 < np.linalg.norm(run.com[-1] - series.run.com[-1]) < 5.0  # m
 
 
 def test_a_model_with_edges_is_run_as_such() -> None:
@@ -149,11 +149,11 @@ def test_both_models_start_with_their_skis_alike() -> None:
 
 
 def test_the_full_models_energy_balances() -> None:
-    found = full()
+    whole = full()
     # what is bent into the skis and stored in the joints at the boots is counted; 2e-3 is the integration's
-    assert found.closure_percent < 0.05
-    assert np.all(np.diff(found.energy["friction"]) <= 0.0)
-    assert found.energy["skid"][-1] < 0.0
+    assert whole.closure_percent < 0.05
+    assert np.all(np.diff(whole.energy["friction"]) <= 0.0)
+    assert whole.energy["skid"][-1] < 0.0
 
 
 def test_inverse_dynamics_and_the_tree_give_the_same_moments() -> None:

@@ -100,15 +100,15 @@ def assert_derivatives(slopes: ReducedRun, index: int, run_at: Callable[[float],
     """That the tangents are the differences where these are smooth, and near them where a kink is between the runs."""
     behind, here, ahead = (stacked(run_at(x)) for x in (-step, 0.0, step))
     parts = list(zip(behind, here, ahead, strict=True))
-    found = [(c - a) / (2.0 * step) for a, _, c in parts]
-    scales = [max(float(np.abs(part).max()), 1e-12) for part in found]
+    differences = [(c - a) / (2.0 * step) for a, _, c in parts]
+    scales = [max(float(np.abs(part).max()), 1e-12) for part in differences]
     bends = [np.abs(a + c - 2.0 * b).max(axis=0) / step for a, b, c in parts]
     smooth = np.all([bend < SMOOTH * scale for bend, scale in zip(bends, scales, strict=True)], axis=0)
     assert smooth.sum() > 15, f"smooth are {smooth.sum()} of {len(smooth)} instants"
     for k, name in enumerate(FIELDS):
         field = getattr(slopes, name)[..., index]
         given = np.moveaxis(field, 0, -1).reshape(-1, field.shape[0])
-        off = np.abs(given - found[k]).max(axis=0) / scales[k]
+        off = np.abs(given - differences[k]).max(axis=0) / scales[k]
         # in few steps Newton's method alternates between two branches: which of them the run took, no difference tells,
         # and the edge angles remember it for some steps more
         most = np.quantile(off[smooth], 0.9)
@@ -188,8 +188,8 @@ def test_long_runs_do_not_outgrow_their_derivatives() -> None:
         ends = [
             simulate_reduced(tried.with_values({name: tried.value(name) + x}), prepared).com[-1] for x in (step, -step)
         ]
-        found = (ends[0] - ends[1]) / (2.0 * step)
-        assert np.linalg.norm(slopes - found) < tolerance * np.linalg.norm(found), name
+        difference = (ends[0] - ends[1]) / (2.0 * step)
+        assert np.linalg.norm(slopes - difference) < tolerance * np.linalg.norm(difference), name
 
 
 def _way(_: Model, run: ReducedRun) -> Array:

@@ -223,10 +223,10 @@ def test_what_instruments_report() -> None:
 def test_runs_side_by_side_are_runs_one_by_one() -> None:
     model, prepared = everything()
     turned = model.with_values({"start.heading_offset": 0.03})
-    models = [each.with_values({"friction.mu_t": mu}) for mu in (0.05, 0.08, 0.12) for each in (model, turned)]
+    models = [one.with_values({"friction.mu_t": mu}) for mu in (0.05, 0.08, 0.12) for one in (model, turned)]
     together = simulate_each(models, prepared, lambda _model, run: run.antenna)
-    for each, antenna in zip(models, together, strict=True):
-        np.testing.assert_array_equal(antenna, simulate_reduced(each, prepared).antenna)
+    for one, antenna in zip(models, together, strict=True):
+        np.testing.assert_array_equal(antenna, simulate_reduced(one, prepared).antenna)
 
 
 @pytest.mark.long
@@ -265,7 +265,7 @@ def test_additions_share_a_pass_whatever_their_places_and_times() -> None:
     waves = 0.03 * np.sin(0.5 * plane.nodes() @ [1.0, 0.4])
     surface = replace(plane, mean=waves.reshape(plane.mean.shape))
     kept = tuple(t for t in model.terms if not isinstance(t, Gust | SnowPatch | TerrainBump | PolePlant | DragArea))
-    sensors = tuple(each for each in model.sensors if not isinstance(each, HeadingDrift | BootCuff))
+    sensors = tuple(sensor for sensor in model.sensors if not isinstance(sensor, HeadingDrift | BootCuff))
     base = replace(model, terms=kept, sensors=sensors, surface=surface)
     parts = (
         *(Gust(0.0, 0.0, t, t + 0.6, 0.8) for t in (0.4, 1.1)),
