@@ -19,7 +19,7 @@ from sssi_exudyn.runtime.jit import njit
 
 
 def whiten(time: Array, columns: Array, noise: ExponentialNoise, scale: Scale) -> Array:
-    """Columns as independent numbers of variance one, if they are such noise.
+    """Return columns as independent numbers of variance one, if they are such noise.
 
     Parameters
     ----------
@@ -38,8 +38,8 @@ def whiten(time: Array, columns: Array, noise: ExponentialNoise, scale: Scale) -
 
 
 def whiten_with_slope(time: Array, columns: Array, noise: ExponentialNoise, scale: Scale) -> tuple[Array, Array, float]:
-    """What ``whiten`` gives, its derivative by the correlation time's logarithm, and that of ``log_divisors``;
-    arguments as there, the correlation time above 0.
+    """Return what ``whiten`` does, its derivative by the correlation time's logarithm, and that of ``log_divisors``.
+    Arguments are as there, the correlation time above 0.
     """
     base = _least(noise, scale)
     if scale.even:
@@ -49,8 +49,8 @@ def whiten_with_slope(time: Array, columns: Array, noise: ExponentialNoise, scal
 
 
 def log_divisors(time: Array, noise: ExponentialNoise, scale: Scale) -> float:
-    """Σ log of what ``whiten`` divides by: what turns a density of whitened numbers into one of the measured ones; the
-    correlation time above 0.
+    """Return Σ log of what ``whiten`` divides by, which turns a density of whitened numbers into one of the measured
+    ones.  The correlation time is above 0.
     """
     base = _least(noise, scale)
     if scale.even:
@@ -61,7 +61,7 @@ def log_divisors(time: Array, noise: ExponentialNoise, scale: Scale) -> float:
 
 
 def draw_uneven_noise(rng: np.random.Generator, time: Array, noise: ExponentialNoise, scale: Scale) -> Array:
-    """(n,) of such noise; arguments as for ``log_divisors``."""
+    """Draw such noise, (n,); arguments as for ``log_divisors``."""
     drawn = draw_noise(rng, time, noise)
     if not scale.even:
         drawn = drawn + scale.excess * draw_noise(rng, time, noise)
@@ -70,13 +70,13 @@ def draw_uneven_noise(rng: np.random.Generator, time: Array, noise: ExponentialN
 
 
 def _least(noise: ExponentialNoise, scale: Scale) -> ExponentialNoise:
-    """The noise of the least noisy samples."""
+    """Return the noise of the least noisy samples."""
     return ExponentialNoise(scale.least * noise.sigma, noise.correlation_time)
 
 
 def _steps(time: Array, noise: ExponentialNoise) -> tuple[Array, Array, Array]:
-    """(n,) correlation φ of each sample with the one before, its derivative by the correlation time's logarithm, and
-    1 − φ²; as if the first came after an eternity.
+    """Return the correlation φ (n,) of each sample with the one before, its derivative by the correlation time's
+    logarithm, and 1 − φ².  The first sample counts as if it came after an eternity.
     """
     decay = np.full(len(time), np.inf)
     if noise.correlation_time > 0.0:
@@ -89,7 +89,7 @@ def _steps(time: Array, noise: ExponentialNoise) -> tuple[Array, Array, Array]:
 
 @njit(cache=True, error_model="numpy")
 def _filter(kept, kept_slope, fresh, more, alone, columns, slope):
-    """Innovations in standard deviations (n, c), Σ log of these, and, with ``slope``, derivatives of both by the
+    """Return innovations in standard deviations (n, c), Σ log of these, and, with ``slope``, derivatives of both by the
     correlation time's logarithm.
 
     kept, kept_slope, fresh : (n,) φ, its derivative, 1 − φ²;  more, alone : (n,) d, r

@@ -57,7 +57,7 @@ class Balance:
     heading: Array
 
     def residual(self, run: ReducedRun, prepared: Prepared) -> Array:
-        """(n, 3) N m that are left over, slope frame; ``run`` may carry a complex step."""
+        """Return the moment (n, 3) N m that is left over, slope frame; ``run`` may carry a complex step."""
         pull = np.gradient(run.pelvis_velocity, run.time.real, axis=0)
         feet, com = run.foot_position - run.pelvis[:, None], run.com - run.pelvis
         felt = np.gradient(run.foot_velocity, run.time.real, axis=0) - prepared.gravity
@@ -75,7 +75,9 @@ class Balance:
 
 
 def balance_of(model: Model, motion: Motion, prepared: Prepared, run: ReducedRun) -> Balance:
-    """For the run ``run`` of that model along that motion and on its tables, corrected as the model says."""
+    """Return the balance of the run ``run`` of that model along that motion and on its tables, corrected as the model
+    says.
+    """
     parts = Parts(model, motion)
     turn = Turn.of(prepared.up, run.heading)
     back, at_run = np.swapaxes(turn.matrices(), 1, 2), prepared.turn(turn) if np.any(run.heading) else prepared
@@ -97,20 +99,20 @@ def balance_of(model: Model, motion: Motion, prepared: Prepared, run: ReducedRun
 
 
 def own_moment(parts: Parts, time: Array) -> Array:
-    """(n, 3) N m: ``Balance.own`` at ``time`` (n,) s."""
+    """Return ``Balance.own`` (n, 3) N m at ``time`` (n,) s."""
     poses, moving = relative_poses(parts.motion, time)
     force, moment = segment_loads(poses, moving, parts.inertias, gravity_in_slope(parts.model.inclination))
     return np.asarray(np.sum(moment + np.cross(poses.origin, force), axis=1))
 
 
 def _air(parts: Parts, at_run: Prepared, run: ReducedRun, rows: NDArray[np.intp], back: Array) -> Array:
-    """(rows, 3) N m of the air and of the forces on the centre of mass, turned ``back`` (n, 3, 3)."""
+    """Return the moment (rows, 3) N m of the air and of the forces on the centre of mass, turned ``back`` (n, 3, 3)."""
     laws = ArrayLaws(parts.model.terms)
     time = run.time[rows]
     poses, _ = relative_poses(parts.motion, time)
     shown = [SEGMENT[name] for name in parts.areas]
     arms = poses.origin[:, shown] + np.stack([poses.rotation[:, i] @ parts.inertias[i].com for i in shown], axis=1)
-    found = np.zeros((len(time), 3))
+    moments = np.zeros((len(time), 3))
     for k, row in enumerate(rows):
         place, velocity = run.pelvis[row], run.pelvis_velocity[row]
         drag = laws.segments(
@@ -123,13 +125,13 @@ def _air(parts: Parts, at_run: Prepared, run: ReducedRun, rows: NDArray[np.intp]
         )
         at = run.com[row]
         body = laws.body(float(time[k]), at[0], at[1], run.com_velocity[row])
-        found[k] = np.cross(arms[k], drag @ back[row].T).sum(axis=0) + back[row] @ np.cross(at - place, body)
-    return found
+        moments[k] = np.cross(arms[k], drag @ back[row].T).sum(axis=0) + back[row] @ np.cross(at - place, body)
+    return moments
 
 
 def _poles(parts: Parts, run: ReducedRun, back: Array) -> Array:
-    """(n, 3) N m by which forces at the hands differ from forces on the centre of mass, turned ``back`` (n, 3, 3): at
-    every instant, as a plant lasts a tenth of a second.
+    """Return the moment (n, 3) N m by which forces at the hands differ from forces on the centre of mass, turned
+    ``back`` (n, 3, 3).  It is at every instant, as a plant lasts a tenth of a second.
     """
     terms = parts.model.terms
     if not use_poles(terms):

@@ -55,8 +55,8 @@ class JudgingRun:
 
 
 def is_estimated(recording: Recording, method: Method) -> bool:
-    """Whether a fit by that method estimates all that is uncertain, not friction, start and heading alone: the paper's
-    does not, nor one of a posture that is mostly assumed, whose errors are far from small.
+    """Return whether a fit by that method estimates all that is uncertain, and not friction, start and heading alone.
+    The paper's does not, nor one of a posture that is mostly assumed, whose errors are far from small.
     """
     return method == "joint" and recording.completed is None
 
@@ -75,7 +75,7 @@ def estimate(
     """Solve the problem with the reduced model, then estimate all that is uncertain, ``full`` or not judged by the full
     model.  An estimate for ``comparing`` hypotheses uses what these are compared by: instruments, each reading at its
     word, not the moment about the pelvis; the snow surface is a ``process`` then, of which heights are a measurement
-    among others.  What was found on the way is kept in ``cache``.
+    among others.  Intermediate results are kept in ``cache``.
 
     A heading that is to be found is so only once all else is estimated with the captured one: by then snow and posture
     agree on most of it.
@@ -86,7 +86,7 @@ def estimate(
     first = fit(problem, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
     counted = problem.with_counts(counts_of(problem.track, first.residual))
     model, known, heading = _on_process(first.model, process), None, problem.model.heading
-    heights, others = process is not None and model.surface is not None, _other_starts(problem, recording)
+    heights, others = process is not None and model.surface is not None, other_starts(problem, recording)
 
     def roughly(model: Model) -> Posterior:
         return estimate_from(
@@ -99,8 +99,10 @@ def estimate(
         for i, other in enumerate(others, start=2):
             say(None, f"start {i} of {len(others) + 1}: coarse fixes leave the velocity there open")
             try:
-                found = fit(other, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
-                known = max(known, roughly(_on_process(found.model, process)), key=lambda each: each.log_evidence)
+                coarse = fit(other, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
+                known = max(
+                    known, roughly(_on_process(coarse.model, process)), key=lambda posterior: posterior.log_evidence
+                )
             except SimulationDiverged:
                 continue
         model = replace(known.model, heading=heading)
@@ -125,27 +127,27 @@ def estimate(
 
 
 def _on_process(model: Model, process: SurfaceProcess | None) -> Model:
-    """The model with its snow surface as a ``process``, where there is one."""
+    """Return the model with its snow surface as a ``process``, where there is one."""
     if process is None or model.surface is None:
         return model
     return replace(model, surface=process.at(model.surface).surface)
 
 
-def _other_starts(problem: Problem, recording: Recording) -> list[Problem]:
-    """The problem begun at other velocities, where coarse fixes leave these open and loads are measured: the loads know
-    the run's turns so well that from a velocity that is metres a second off no small step leads to the right one.
+def other_starts(problem: Problem, recording: Recording) -> list[Problem]:
+    """Return the problem begun at other velocities, where coarse fixes leave these open and loads are measured.  Loads
+    know the run's turns so well that no small step leads to a velocity that is metres a second away.
     """
     names = (VELOCITY_F, VELOCITY_L)
     if recording.insoles is None or problem.priors[names[0]].sigma < _UNSURE:
         return []
-    found = []
+    others = []
     for moved in names:
         for way in (_APART, -_APART):
             values = {name: problem.priors[name].mean for name in names}
             values[moved] += way * problem.priors[moved].sigma
             held = {name: Prior(value, VELOCITY_SIGMA) for name, value in values.items()}
-            found.append(replace(problem, model=problem.model.with_values(values), priors={**problem.priors, **held}))
-    return found
+            others.append(replace(problem, model=problem.model.with_values(values), priors={**problem.priors, **held}))
+    return others
 
 
 def estimate_from(
@@ -175,9 +177,9 @@ def estimate_from(
 
     def by_full_model(model: Model) -> Array:
         run = judging_run(model, motion, cache)
-        found = np.zeros(len(seen.measured))
-        found[: seen.moments.start] = seen.predict_instruments(model, run.time, run.antenna, run.sole_force)
-        return found
+        predicted = np.zeros(len(seen.measured))
+        predicted[: seen.moments.start] = seen.predict_instruments(model, run.time, run.antenna, run.sole_force)
+        return predicted
 
     judge = by_full_model if full else None
     return find_posterior(model, setting, judge, lambda text: say(None, text), known, comparing=comparing)
@@ -208,7 +210,7 @@ def setting_of(
 
 
 def judging_run(model: Model, motion: Motion, cache: Cache | None) -> JudgingRun:
-    """A run of the full model, kept in ``cache``.  Raises SimulationDiverged when it does."""
+    """Simulate with the full model, kept in ``cache``.  Raises SimulationDiverged when it does."""
     model = replace(model, solver=replace(model.solver, elements=min(model.solver.elements, _ELEMENTS)))
 
     def run() -> dict[str, Array]:

@@ -48,13 +48,13 @@ class Measured(Protocol):
 
 @dataclass(frozen=True)
 class Freedom:
-    """What may vary beside a hypothesis: columns (N, k) and the standard deviations (k,) of their amplitudes."""
+    """What may vary next to a hypothesis: columns (N, k) and the standard deviations (k,) of their amplitudes."""
 
     columns: Array
     scales: Array
 
     def with_more(self, columns: Array, scales: Array) -> Freedom:
-        """These and others."""
+        """Return these and other amplitudes."""
         return Freedom(np.hstack([self.columns, columns]), np.concatenate([self.scales, scales]))
 
 
@@ -73,7 +73,7 @@ class LinearProblem:
     surface: Array
 
     def all_free(self, levels: NoiseLevels) -> Freedom:
-        """Everything that may vary."""
+        """Return everything that may vary."""
         sizes = [np.full(self.posture.shape[1], levels.posture), np.full(self.surface.shape[1], levels.surface)]
         return self.free.with_more(np.hstack([self.posture, self.surface]), np.concatenate(sizes))
 
@@ -214,15 +214,15 @@ def best_levels(linear: LinearProblem, start: NoiseLevels, extra: Freedom | None
 
 
 def precision(columns: Array) -> tuple[Array, bool]:
-    """The Cholesky factor, as ``cho_solve`` takes it, of what is known afterwards of amplitudes of variance one, from
-    whitened columns (N, k).
+    """Return the Cholesky factor, as ``cho_solve`` takes it, of the posterior precision of amplitudes of variance one,
+    from whitened columns (N, k).
     """
     return precision_of(columns.T @ columns, lambda: columns)
 
 
 def precision_of(squares: Array, columns: Callable[[], Array]) -> tuple[Array, bool]:
-    """The same from the columns' inner products ``squares`` (k, k); ``columns`` gives them where rounding has left
-    these indefinite.
+    """Return the same from the columns' inner products ``squares`` (k, k); ``columns`` gives them where rounding has
+    left these indefinite.
     """
     one = np.eye(len(squares))
     try:
@@ -246,8 +246,8 @@ class Whitener:
 
 
 def whitener(linear: LinearProblem, levels: NoiseLevels, kept: Array | None = None) -> Whitener:
-    """Of the measurements, everything but the fit's parameters (and hypotheses') counted as noise; ``kept`` (k, 2)
-    are further columns with scale, such as the height's origin.
+    """Return a whitener of the measurements that counts everything except the fit's and hypotheses' parameters as
+    noise.  Further columns with scale are ``kept`` (k, 2), such as the height's origin.
     """
     size = len(linear.residual)
     covariance = np.zeros((size, size))
@@ -263,8 +263,8 @@ def whitener(linear: LinearProblem, levels: NoiseLevels, kept: Array | None = No
 
 
 def fewer_columns(measurements: Measurements, columns: Array) -> Array:
-    """Fewer columns (N, d) with the covariance of ``columns`` (N, c), each of them of variance one: principal
-    directions without those that all measurements together see by less than ``_UNSEEN`` of their noise.
+    """Return fewer columns (N, d) with the covariance of ``columns`` (N, c), each of them of variance one.  They are
+    principal directions without those that all measurements together see by less than ``_UNSEEN`` of their noise.
     """
     usual = measurements.usual
     noise = np.ones(len(columns))
@@ -278,7 +278,7 @@ def fewer_columns(measurements: Measurements, columns: Array) -> Array:
 
 @dataclass(frozen=True)
 class Uncertain:
-    """All that may vary beside a hypothesis, in units of noise, to be taken out of what is measured.
+    """All that may vary next to a hypothesis, in units of noise, to be taken out of what is measured.
 
     residual : (n,) were all of it at its mean;  columns : (n, k) for a standard deviation of each
     factor : Cholesky factor, as ``cho_solve`` takes it, of what is known of it afterwards
@@ -294,18 +294,18 @@ class Uncertain:
         return float(self.residual @ self.remove_from(self.residual))
 
     def share(self, columns: Array) -> Array:
-        """(k, …) standard deviations of it that ``columns`` (n, …) are taken for."""
+        """Return the standard deviations (k, …) of it that ``columns`` (n, …) are taken for."""
         return np.asarray(cho_solve(self.factor, self.columns.T @ columns))
 
     def remove_from(self, columns: Array) -> Array:
-        """(n, …) what is left of ``columns`` once it has taken its part."""
+        """Return what is left (n, …) of ``columns`` once it has taken its part."""
         return np.asarray(columns - self.columns @ self.share(columns))
 
 
 def uncertain(
     linear: LinearProblem, levels: NoiseLevels, rows: Mapping[str, NDArray[np.bool_]] | None = None
 ) -> Uncertain:
-    """Of all measurements, or of some ``rows`` by block (``whiten_columns``)."""
+    """Return all that is uncertain by all measurements, or by some ``rows`` by block (``whiten_columns``)."""
     free = linear.all_free(levels)
     table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]), rows)
     x = table[:, 1:]
@@ -319,10 +319,11 @@ def overlaps(
     candidates: Sequence[Freedom],
     drawn: Array | None = None,
 ) -> tuple[Array, Array]:
-    """What the measurements know of each of c candidates, all with w amplitudes of usual size, once all that is
-    uncertain has taken its part, as is ``known`` of ``linear``: the amplitudes' information (c, w, w), and the pull (c,
-    w, 1) of what is left; (c, w, d) of d runs' measurements that are ``drawn`` (n, d) in units of noise, in place of
-    the recorded ones.
+    """Return what the measurements know of each of c candidates, all with w amplitudes of usual size.
+
+    These are the amplitudes' information (c, w, w) and the pull (c, w, 1) of what is left.  All that is uncertain has
+    taken its part before, as is ``known`` of ``linear``.  With ``drawn`` (n, d), measurements of d runs in units of
+    noise, the pull is theirs in place of the recorded ones, (c, w, d).
     """
     rest = known.remove_from(known.residual[:, None] if drawn is None else drawn)
     width = candidates[0].columns.shape[1]
@@ -334,12 +335,14 @@ def overlaps(
 
 
 def log_factors(gram: Array, pull: Array, sizes: Sequence[float] = (1.0,)) -> Array:
-    """(sizes, c, d) log Bayes factor of each candidate against none, were its amplitudes usually so many times as
-    large, from its ``overlaps`` with each of d runs' measurements.
+    """Return log Bayes factors (sizes, c, d) of each candidate against none.
+
+    gram, pull : of ``overlaps`` with each of d runs' measurements
+    sizes : by how many times amplitudes are usually larger
     """
-    found = np.empty((len(sizes), len(gram), pull.shape[2]))
+    log_factor = np.empty((len(sizes), len(gram), pull.shape[2]))
     for i, size in enumerate(sizes):
         inner = size**2 * gram + np.eye(gram.shape[1])
         gain = 0.5 * size**2 * np.sum(pull * np.linalg.solve(inner, pull), axis=1)
-        found[i] = gain - 0.5 * np.linalg.slogdet(inner)[1][:, None]
-    return found
+        log_factor[i] = gain - 0.5 * np.linalg.slogdet(inner)[1][:, None]
+    return log_factor

@@ -72,7 +72,7 @@ fitted.  A smooth misfit is most likely under noise without an end, of any size,
 _COUNTING = 0.5
 """A fix that counts less says nothing of the noise of the others."""
 _UNSTEERED = Prior(0.7, 0.15)
-"""Friction across skis whose heading nobody measured, so that no slip tells it: between the published 0.55 and 0.9."""
+"""Friction across skis of unknown heading, so that no slip shows it: between the published 0.55 and 0.9."""
 
 Progress = Callable[[float | None, str], None]
 
@@ -111,16 +111,17 @@ class Fitted:
         return correlations(self.covariance)
 
     def standard_error(self, name: str) -> float:
-        """Of one parameter; NaN where it was not fitted."""
+        """Return the standard error of one parameter; NaN where it was not fitted."""
         return float(self.standard_errors[self.names.index(name)]) if name in self.names else float("nan")
 
     def value(self, name: str) -> float:
-        """The model's value of a number, fitted or not."""
+        """Return the model's value of a number, fitted or not."""
         return self.model.value(name)
 
 
 def problem_of(recording: Recording, motion: Motion, model: Model, method: Method) -> Problem:
-    """What is fitted to the recording's GPS, from the paper's starting values; whatever else the model has stays.
+    """Return what is fitted to the recording's GPS, from the paper's starting values; whatever else the model has
+    stays.
 
     A heading that is free is held by a spring: any misfit could be a heading otherwise.
 
@@ -156,13 +157,13 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
 
 
 def with_surface(problem: Problem, model: Model) -> Problem:
-    """The problem with what is known of the numbers of another snow surface, that of ``model``."""
+    """Return the problem with the priors of another snow surface, that of ``model``."""
     others = {name: prior for name, prior in problem.priors.items() if name.part != "surface"}
     return replace(problem, priors=others | surface_priors(model))
 
 
 def surface_priors(model: Model) -> dict[NumberRef, Prior]:
-    """What is known of the numbers of a model's snow surface: each is one of standard deviations."""
+    """Return the priors of the numbers of a model's snow surface: each counts in standard deviations."""
     return dict.fromkeys(() if model.surface is None else model.surface.names, Prior(0.0, 1.0))
 
 
@@ -244,7 +245,7 @@ def fit(
 
 
 def _noise(problem: Problem, residual: Array) -> ExponentialNoise:
-    """The noise of a residual (n, 2) m, from the fixes that count."""
+    """Return the noise of a residual (n, 2) m, from the fixes that count."""
     kept, time = problem.counts > _COUNTING, problem.track.time
     longest = _MEMORY * float(time[-1] - time[0]) if problem.priors else np.inf
     return fit_noise(time[kept], residual[kept], longest)
@@ -253,11 +254,11 @@ def _noise(problem: Problem, residual: Array) -> ExponentialNoise:
 def _cached_search(
     cache: Cache | None, motion: Motion, problem: Problem, prepared: Prepared, say: Progress, tolerance: float
 ) -> Optimum:
-    """``fit_reduced``, or what it found before an interrupt."""
+    """Return ``fit_reduced``, or what it returned before an interrupt."""
 
     def search() -> dict[str, np.ndarray]:
-        found = fit_reduced(problem, prepared, say, tolerance=tolerance)
-        return {name: np.asarray(value) for name, value in asdict(found).items()}
+        reduced_fit = fit_reduced(problem, prepared, say, tolerance=tolerance)
+        return {name: np.asarray(value) for name, value in asdict(reduced_fit).items()}
 
     if cache is None:
         return fit_reduced(problem, prepared, say, tolerance=tolerance)
@@ -301,21 +302,21 @@ def fit_reduced(
 def _search(
     problem: Problem, evaluate: Callable[[Array], tuple[float, Array, Array]], start: Array, tolerance: float
 ) -> Optimum:
-    """Where the objective is least; ``evaluate`` gives it with its gradient and its Gauss-Newton curvature.  A step to
-    where the simulation diverges is too long: it is taken back.  Raises SimulationDiverged when it does at the start.
+    """Minimise the objective; ``evaluate`` gives it with its gradient and its Gauss-Newton curvature.  A step to where
+    the simulation diverges is too long: it is taken back.  Raises SimulationDiverged when it does at the start.
     """
     begun = False
 
     def evaluate_or_step_back(values: Array) -> tuple[float, Array, Array]:
         nonlocal begun
         try:
-            found = evaluate(values)
+            evaluated = evaluate(values)
         except SimulationDiverged:
             if not begun:
                 raise
             return np.inf, np.zeros(len(values)), np.eye(len(values))
         begun = True
-        return found
+        return evaluated
 
     if problem.priors:
         return minimise_squares(evaluate_or_step_back, start, problem.bounds, objective_tolerance=tolerance)
@@ -324,7 +325,7 @@ def _search(
 
 
 def full_residual(problem: Problem, motion: Motion, values: Array, cache: Cache | None = None) -> Array:
-    """(n, 2) m measured minus simulated by the full model."""
+    """Return measured minus simulated by the full model, (n, 2) m."""
     model = problem.model_at(values)
     key = fingerprint("antenna", model_to_dict(model), motion)
 
@@ -337,7 +338,7 @@ def full_residual(problem: Problem, motion: Motion, values: Array, cache: Cache 
 
 
 def _reduced(problem: Problem, prepared: Prepared, values: Array) -> tuple[Array, Array]:
-    """Residual (n, 2) and the derivative (n, 2, k) of the simulated places."""
+    """Return residual (n, 2) and the derivative (n, 2, k) of the simulated places."""
     residual, derivative = sensitivities(
         problem.model_at(values),
         prepared,
@@ -348,16 +349,16 @@ def _reduced(problem: Problem, prepared: Prepared, values: Array) -> tuple[Array
 
 
 def _tolerance(problem: Problem) -> float:
-    """Change of the objective that no longer matters: a thousandth of χ², or in the paper's bare integral 1 mm² over
-    the run.
+    """Return change of the objective that no longer matters: a thousandth of χ², or in the paper's bare integral 1 mm²
+    over the run.
     """
     return 1e-3 if problem.priors else 1e-6 * float(problem.track.time[-1] - problem.track.time[0])
 
 
 def _description(problem: Problem, residual: Array, values: Array) -> str:
-    found: Mapping[NumberRef, float] = dict(zip(problem.names, values, strict=True))
+    numbers: Mapping[NumberRef, float] = dict(zip(problem.names, values, strict=True))
     error = float(np.mean(np.linalg.norm(residual, axis=1)))
     friction = ", ".join(
-        f"{name.partition('.')[2]} {value:.4f}" for name, value in found.items() if name in FRICTION + CUTTING
+        f"{name.partition('.')[2]} {value:.4f}" for name, value in numbers.items() if name in FRICTION + CUTTING
     )
     return f"mean error {error:.3f} m, {friction}"

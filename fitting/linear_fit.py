@@ -131,7 +131,7 @@ class Refit:
         return np.array([p.prior.sigma for p in self.parameters])
 
     def interval(self, name: str, spread: float) -> tuple[float, float, float]:
-        """The number of that name, and ``spread`` standard deviations below and above it."""
+        """Return the number of that name, and ``spread`` standard deviations below and above it."""
         for i, parameter in enumerate(self.parameters):
             if name in parameter.names:
                 half = spread * float(np.sqrt(self.covariance[i, i]))
@@ -143,25 +143,25 @@ _KEPT = ("values", "predicted", "sensitivity", "objective", "covariance")
 
 
 def arrays_of(fit: Refit) -> dict[str, Array]:
-    """What of a refit is numbers; ``refit_of`` makes it whole again."""
+    """Return the numbers of a refit; ``refit_of`` makes it whole again."""
     return {name: np.asarray(getattr(fit, name), dtype=np.float64) for name in _KEPT}
 
 
 def kept_shapes(size: int, count: int) -> dict[str, tuple[int, ...]]:
-    """Shapes of what ``arrays_of`` gives, for ``size`` measurements and ``count`` parameters."""
+    """Return the shapes of what ``arrays_of`` gives, for ``size`` measurements and ``count`` parameters."""
     shapes = ((count,), (size,), (size, count), (), (count, count))
     return dict(zip(_KEPT, shapes, strict=True))
 
 
 def refit_of(arrays: Mapping[str, np.ndarray], model: Model, parameters: tuple[Parameter, ...]) -> Refit:
-    """The refit of ``model`` by ``parameters`` whose numbers ``arrays_of`` gave."""
+    """Return the refit of ``model`` by ``parameters`` whose numbers ``arrays_of`` gave."""
     values, predicted, sensitivity, objective, covariance = (np.asarray(arrays[name], float) for name in _KEPT)
     fitted = with_parameters(model, parameters, values)
     return Refit(fitted, parameters, values, predicted, sensitivity, float(objective), covariance)
 
 
 def with_parameters(model: Model, parameters: tuple[Parameter, ...], values: Array) -> Model:
-    """The model with those values."""
+    """Return the model with those values."""
     by_name = {name: float(value) for p, value in zip(parameters, values, strict=True) for name in p.names}
     return model.with_values(by_name)
 
@@ -169,8 +169,8 @@ def with_parameters(model: Model, parameters: tuple[Parameter, ...], values: Arr
 def linear_values(
     linear: LinearModel, levels: NoiseLevels, parameters: Sequence[Parameter], first: int
 ) -> dict[NumberRef, tuple[float, float]]:
-    """Values of ``parameters`` and their standard deviations by a linear model, all else integrated out; ``first`` is
-    where they begin among what is free.
+    """Return values of ``parameters`` and their standard deviations by a linear model, all else integrated out;
+    ``first`` is where they begin among what is free.
     """
     known = uncertain(linear, levels)
     amounts = known.share(known.residual)
@@ -204,7 +204,7 @@ def refit(
     seen: dict[bytes, tuple[Array, Array, Array]] = {}
 
     def evaluate(at: Array) -> tuple[float, Array, Array]:
-        """J, its gradient, and its Gauss-Newton curvature."""
+        """Return J, its gradient, and its Gauss-Newton curvature."""
         placed, offset = place(with_parameters(model, parameters, at))
         predicted, sensitivity = _responses(placed, prepared, measurements, parameters)
         predicted = predicted + offset
@@ -231,7 +231,7 @@ def refit(
 def _responses(
     model: Model, prepared: Prepared, measurements: Measurements, parameters: tuple[Parameter, ...]
 ) -> tuple[Array, Array]:
-    """Prediction (N,) and sensitivity (N, k)."""
+    """Return prediction (N,) and sensitivity (N, k)."""
     names = [name for p in parameters for name in p.names]
     base, slopes = sensitivities(model, prepared, names, measurements.predict)
     first = np.cumsum([0, *(len(p.names) for p in parameters[:-1])])

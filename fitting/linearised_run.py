@@ -51,7 +51,7 @@ class Setting:
         return tuple(unknown.name for unknown in self.unknowns)
 
     def at(self, model: Model, values: Array) -> Model:
-        """The model with θ at ``values`` (k,)."""
+        """Return the model with θ at ``values`` (k,)."""
         pairs = zip(self.unknowns, values.tolist(), strict=True)
         return model.with_values({name: value for unknown, value in pairs for name in unknown.names})
 
@@ -75,7 +75,7 @@ class Setting:
         return waves
 
     def with_waves(self, sigma: float) -> Setting:
-        """The same with waves of the snow of that standard deviation beforehand."""
+        """Return the same with waves of the snow of that standard deviation beforehand."""
         unknowns = (
             replace(unknown, prior=replace(unknown.prior, sigma=sigma)) if is_wave else unknown
             for unknown, is_wave in zip(self.unknowns, self.waves, strict=True)
@@ -97,7 +97,7 @@ class Setting:
         return np.array([model.value(name) for name in self.names])
 
     def groups(self) -> list[str]:
-        """(m,) where the uncertainty of each of η is counted."""
+        """Return where the uncertainty of each of η is counted, (m,)."""
         return [*(group_of(error) for error in self.errors), MASS]
 
 
@@ -128,7 +128,7 @@ class Responses:
 
 
 def linearise_at(model: Model, setting: Setting) -> tuple[Point, Responses]:
-    """A model as a point of a search that has found no error of posture or mass yet, and the measurements linearised
+    """Return a model as a point of a search that has no error of posture or mass yet, and the measurements linearised
     there.
 
     Raises SimulationDiverged when its simulation does.
@@ -138,7 +138,7 @@ def linearise_at(model: Model, setting: Setting) -> tuple[Point, Responses]:
 
 
 def moved_point(setting: Setting, point: Point, responses: Responses, values: Array, sizes: Array) -> Point:
-    """The point with θ at ``values`` (k,), posture and mass as ``sizes`` (m,) say.
+    """Return the point with θ at ``values`` (k,), posture and mass as ``sizes`` (m,) say.
 
     Raises SimulationDiverged when its simulation does.
     """
@@ -154,7 +154,7 @@ def moved_point(setting: Setting, point: Point, responses: Responses, values: Ar
 
 
 def point_at(setting: Setting, model: Model, sizes: Array, beyond: Array) -> Point:
-    """The point of a model with errors of ``sizes`` (m,), from a run of it.
+    """Return the point of a model with errors of ``sizes`` (m,), from a run of it.
 
     Raises SimulationDiverged when its simulation does.
     """
@@ -166,7 +166,7 @@ def point_at(setting: Setting, model: Model, sizes: Array, beyond: Array) -> Poi
 
 
 def linearise(setting: Setting, point: Point) -> Responses:
-    """The responses about a point."""
+    """Return the responses about a point."""
     model, prepared, seen = point.model, point.prepared, setting.seen
     posture = PostureErrors(Parts(model, correct_posture(setting.motion, model.posture)), prepared, setting.errors)
     heavier = skier_mass_change(model, setting.motion, prepared)
@@ -180,8 +180,8 @@ def linearise(setting: Setting, point: Point) -> Responses:
 
 
 def linearise_numbers(setting: Setting, point: Point, known: Responses) -> Responses:
-    """The responses to θ about a point, those to errors as they are ``known``, and those to a process' modes: these are
-    many, and change as slowly.
+    """Return the responses to θ about a point, with those to errors and to a process' modes as they are ``known``:
+    these are many, and change slowly.
     """
     places = np.flatnonzero(~setting.of_process)
     by_number = known.by_number.copy()
@@ -192,10 +192,10 @@ def linearise_numbers(setting: Setting, point: Point, known: Responses) -> Respo
 def responses_to_numbers(
     setting: Setting, point: Point, unknowns: Sequence[Parameter], changes: Sequence[TableChange]
 ) -> Array:
-    """(N, k + changes) derivatives of the measurements by ``unknowns`` (k,) and by changes of the posture."""
+    """Return the derivatives (N, k + changes) of the measurements by ``unknowns`` (k,) and changes of the posture."""
 
-    def observed(each: Model, run: ReducedRun) -> Array:
-        return setting.seen.predict(each, run, point.balance, point.prepared)
+    def observed(model: Model, run: ReducedRun) -> Array:
+        return setting.seen.predict(model, run, point.balance, point.prepared)
 
     names = [name for unknown in unknowns for name in unknown.names]
     slopes = sensitivities(point.model, point.prepared, names, observed, changes)[1]
@@ -204,7 +204,7 @@ def responses_to_numbers(
 
 
 def _own_moments(setting: Setting, model: Model, posture: PostureErrors, point: Point) -> Array:
-    """(moments, errors) what each error changes of the moment that the posture has of itself."""
+    """Return what each error changes of the moment that the posture has of itself, (moments, errors)."""
     time, prepared = setting.seen.times["moment_f"], point.prepared
     heading = averages(prepared.time, point.balance.heading, time)
     turn = Turn(prepared.up, *heading.T).matrices()

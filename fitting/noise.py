@@ -182,7 +182,7 @@ class ErrorScales:
         meaning="waves of the snow over what heights and the prior of slopes say",
     )  # fmt: skip
     surface_spread: float = quantity(
-        0.35, "1", low=0.0, high=1.0, source="chosen: heights have told most of how rough a slope is",
+        0.35, "1", low=0.0, high=1.0, source="chosen: heights have shown most of how rough a slope is",
         meaning="standard deviation of its logarithm beforehand",
     )  # fmt: skip
 

@@ -30,7 +30,7 @@ _LEAST_SPREAD: Final = 0.3
 _FAR_OFF: Final = 0.5
 """What a fix that is far off counts at most."""
 _FEW: Final = 1.0 / 3.0
-"""Share of fixes that may be far off.  Where more are, the residual is the model's: two fifths of the fixes beside a
+"""Share of fixes that may be far off.  Where more are, the residual is the model's: two fifths of the fixes next to a
 first fit on carving snow, which misses them by 2 m; with these set aside no step of its search lessened the misfit."""
 
 
@@ -71,38 +71,38 @@ class Problem:
         return np.array([self.model.bounds(name) for name in self.names])
 
     def with_noise(self, noise: ExponentialNoise) -> Problem:
-        """The same with the weight that the noise gives."""
+        """Return the same with the weight that the noise gives."""
         return replace(self, weight=weight_of(noise, self.track))
 
     def with_counts(self, counts: Array) -> Problem:
-        """The same with fixes that count so much (n,)."""
+        """Return the same with fixes that count so much (n,)."""
         return replace(self, counts=counts)
 
     def model_at(self, values: Array) -> Model:
-        """The model with the parameters at ``values`` (k,)."""
+        """Return the model with the parameters at ``values`` (k,)."""
         return self.model.with_values(dict(zip(self.names, values, strict=True)))
 
     def residual(self, model: Model, time: Array, antenna: Array) -> Array:
-        """(n, 2) m measured minus simulated, at the fixes."""
+        """Return measured minus simulated at the fixes, (n, 2) m."""
         return self.track.place - predict_fixes(model, time, antenna, self.track.time)[:, :2]
 
     def value(self, residual: Array, values: Array) -> float:
-        """The objective."""
+        """Return the objective."""
         squares = np.sum(residual**2, axis=1)
         return float(0.5 * self.weight * (squares @ self.seconds) + 0.5 * np.sum(self._pulls(values) ** 2))
 
     def gradient(self, residual: Array, sensitivity: Array, values: Array) -> Array:
-        """(k,) of the objective; sensitivity (n, 2, k) is the derivative of the simulated place."""
+        """Return the gradient (k,) of the objective; sensitivity (n, 2, k) is the derivative of the simulated place."""
         by_path = -self.weight * np.einsum("n,nc,nck->k", self.seconds, residual, sensitivity)
         return np.asarray(by_path + self._pulls(values) / self._sigmas)
 
     def curvature(self, sensitivity: Array) -> Array:
-        """(k, k) Gauss-Newton approximation of the objective's second derivatives."""
+        """Return the Gauss-Newton approximation (k, k) of the objective's second derivatives."""
         by_path = self.weight * np.einsum("n,nck,ncl->kl", self.seconds, sensitivity, sensitivity)
         return np.asarray(by_path + np.diag(self._sigmas**-2.0))
 
     def score_covariance(self, sensitivity: Array, noise: ExponentialNoise) -> Array:
-        """(k, k) covariance of the gradient when the residual is ``noise``, as it is: correlated in time."""
+        """Return the covariance (k, k) of the gradient when the residual is ``noise``, as it is: correlated in time."""
         apart = np.abs(self.track.time[:, None] - self.track.time[None, :])
         correlation = np.exp(-apart / max(noise.correlation_time, 1e-9)) * noise.sigma**2
         weighted = self.weight * self.seconds[:, None, None] * sensitivity
@@ -124,14 +124,14 @@ class Problem:
 
 
 def weight_of(noise: ExponentialNoise, track: Track) -> float:
-    """w = 1/(2 σ² T); never more than white noise of the same σ would give at the fixes' own rate."""
+    """Return w = 1/(2 σ² T); never more than white noise of the same σ would give at the fixes' own rate."""
     interval = float(np.median(np.diff(track.time)))
     return 1.0 / (noise.sigma**2 * max(2.0 * noise.correlation_time, interval))
 
 
 def counts_of(track: Track, residual: Array | None = None) -> Array:
-    """(n,) what each fix counts, 1 for an ordinary one: less where it says so itself by its standard deviation, and,
-    with a residual (n, 2) m, where it is far off its neighbours, as few fixes are.
+    """Return what each fix counts, (n,), 1 for an ordinary one.  It counts less where it says so itself by its standard
+    deviation, and, with a residual (n, 2) m, where it is far off its neighbours, as few fixes are.
     """
     counts = np.minimum(1.0, (np.median(track.sigma) / track.sigma) ** 2)
     if residual is None:
@@ -144,12 +144,14 @@ def counts_of(track: Track, residual: Array | None = None) -> Array:
 
 
 def uncertainty(problem: Problem, sensitivity: Array, noise: ExponentialNoise) -> Array:
-    """(k, k) covariance of the fitted parameters: H⁻¹ S H⁻¹, S the score's covariance under the noise as it is."""
+    """Return the covariance (k, k) of the fitted parameters: H⁻¹ S H⁻¹, S the score's covariance under the noise as it
+    is.
+    """
     inverse = np.linalg.pinv(problem.curvature(sensitivity), hermitian=True)
     return np.asarray(inverse @ problem.score_covariance(sensitivity, noise) @ inverse)
 
 
 def correlations(covariance: Array) -> Array:
-    """(k, k) correlation matrix."""
+    """Return the correlation matrix (k, k)."""
     sigma = np.sqrt(np.diag(covariance))
     return np.asarray(covariance / np.outer(sigma, sigma))

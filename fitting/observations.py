@@ -57,7 +57,7 @@ class Track:
 
 
 def track_of(gps: Gps, azimuth: float, start: float, stop: float, margin: float = 0.0) -> Track:
-    """The fixes between ``start`` and ``stop`` (s), both shortened by ``margin``, on a slope that falls to
+    """Return the fixes between ``start`` and ``stop`` (s), both shortened by ``margin``, on a slope that falls to
     ``azimuth`` (rad).
     """
     inside = (gps.time >= start + margin - 1e-9) & (gps.time <= stop - margin + 1e-9)
@@ -66,8 +66,8 @@ def track_of(gps: Gps, azimuth: float, start: float, stop: float, margin: float 
 
 
 def predict_fixes(model: Model, time: Array, antenna: Array, fixes: Array) -> Array:
-    """The simulated antenna (m, 3) at ``time`` (m,), slope frame, as places (n, 3) in the level frame at ``fixes``
-    (n,).
+    """Return the simulated antenna (m, 3) at ``time`` (m,), slope frame, as places (n, 3) in the level frame at
+    ``fixes`` (n,).
 
     Heights over the snow count from the antenna's at the start, where the model's start puts it on the measured track.
     A GPS clock that is late by c stamps at t + c what happened at t; the model's GPS faults displace what it reports.
@@ -89,7 +89,9 @@ def predict_fixes(model: Model, time: Array, antenna: Array, fixes: Array) -> Ar
 
 
 def _interpolate(at: Array, time: Array, values: Array) -> Array:
-    """(n, d) between the values (m, d) at ``time``, constant beyond its ends; complex numbers carry derivatives."""
+    """Interpolate (n, d) between the values (m, d) at ``time``, constant beyond its ends; complex numbers carry
+    derivatives.
+    """
     row = np.clip(np.searchsorted(time, at.real, side="right") - 1, 0, len(time) - 2)
     share = (at - time[row]) / (time[row + 1] - time[row])
     share = np.where(share.real < 0.0, 0.0, np.where(share.real > 1.0, 1.0, share))[:, None]
@@ -97,7 +99,7 @@ def _interpolate(at: Array, time: Array, values: Array) -> Array:
 
 
 def correct_fixes(gps: Gps, model: Model) -> Gps:
-    """The fixes as they would be without the GPS faults that the model has."""
+    """Return the fixes as they would be without the GPS faults that the model has."""
     azimuth = model.fall_line_azimuth
     offset = gps_offset(model.sensors, gps.time) @ level_to_enu(azimuth).T
     return replace(gps, time=gps.time - model.start.clock_offset, enu=gps.enu - offset)
@@ -136,8 +138,8 @@ class Measurements:
 
     @property
     def scale(self) -> Scale:
-        """By how much noisier each of the N measurements is than its instrument's usual ones: fixes are for seconds
-        where they say so, and for themselves alone where they are off.
+        """Return by how much noisier each of the N measurements is than its instrument's usual ones.  Fixes are for
+        seconds where they say so, and for themselves alone where they are off.
         """
         loads = np.ones(2 * len(self.windows))
         lasting, total = (1.0 / np.sqrt(np.maximum(counts, _LEAST_COUNT)) for counts in (self.stated, self.counts))
@@ -150,7 +152,7 @@ class Measurements:
 
     @property
     def blocks(self) -> dict[str, slice]:
-        """Where each block stands in the vector."""
+        """Return where each block stands in the vector."""
         n, m = len(self.fixes), len(self.windows)
         edges = np.cumsum([0, n, n, n, m, m])
         return {name: slice(int(a), int(b)) for name, a, b in zip(_COMPARED, edges[:-1], edges[1:], strict=True)}
@@ -162,12 +164,12 @@ class Measurements:
         return usual_levels(*stated, mean_load(self.loads), Uncertainty().residual_moment)
 
     def time_of(self, block: str) -> Array:
-        """Instants of a block's values (s)."""
+        """Return instants of a block's values (s)."""
         return self.windows if block in ("load", "difference") else self.fixes
 
     def stamped_by(self, clock_offset: float, start: float, stop: float) -> Measurements:
-        """The same by a clock that is so late (s): a fix of an instant outside the run is predicted the less well the
-        farther away it is, by an acceleration that nobody knows, and counts so.
+        """Return the same by a clock that is so late (s).  A fix of an instant outside the run is predicted the less
+        well the farther away it is, by an unknown acceleration, and counts so.
         """
         at = self.fixes - clock_offset
         outside = np.maximum(np.maximum(start - at, at - stop), 0.0)
@@ -175,14 +177,14 @@ class Measurements:
         return replace(self, counts=self.counts / (1.0 + self.counts * off**2))
 
     def predict(self, model: Model, run: SimulatedRun) -> Array:
-        """(N,) what the instruments would say of a simulated run."""
+        """Return what the instruments would say of a simulated run, (N,)."""
         assert run.antenna is not None
         place = predict_fixes(model, run.time, run.antenna, self.fixes)
         return _stack(place, insole_readings(model.sensors, averages(run.time, run.sole_force, self.windows)))
 
 
 def measurements_of(recording: Recording, model: Model, start: float, stop: float) -> Measurements:
-    """The instruments of a recording between ``start`` and ``stop`` (s).  Raises ValueError without a GPS."""
+    """Return the instruments of a recording between ``start`` and ``stop`` (s).  Raises ValueError without a GPS."""
     gps, insoles = recording.gps, recording.insoles
     if gps is None:
         raise ValueError("the recording has no GPS")
@@ -200,7 +202,7 @@ def measurements_of(recording: Recording, model: Model, start: float, stop: floa
 
 
 def averages(time: Array, values: Array, windows: Array) -> Array:
-    """(m, d) averages of ``values`` (n, d), known at ``time`` (n,), over ``INTERVAL`` about each of ``windows``
+    """Return averages (m, d) of ``values`` (n, d), known at ``time`` (n,), over ``INTERVAL`` about each of ``windows``
     (m,).
     """
     summed = np.zeros((len(time), values.shape[1]), dtype=values.dtype)
@@ -210,12 +212,12 @@ def averages(time: Array, values: Array, windows: Array) -> Array:
 
 
 def mean_load(loads: Array) -> float:
-    """N, the mean of both soles' total of loads (m, 2); 1 without any."""
+    """Return the mean (N) of both soles' total of loads (m, 2); 1 without any."""
     return max(float(loads.sum(axis=1).mean()) if len(loads) else 0.0, 1.0)
 
 
 def total_and_difference(loads: Array) -> Array:
-    """(2m,) of loads (m, 2): both feet's total, then left less right."""
+    """Return (2m,) of loads (m, 2): both feet's total, then left less right."""
     return np.concatenate([loads.sum(axis=1), loads[:, 0] - loads[:, 1]])
 
 
@@ -242,12 +244,12 @@ class Observation:
 
     @property
     def has_heights(self) -> bool:
-        """Whether the fixes' heights are among the measurements."""
+        """Return whether the fixes' heights are among the measurements."""
         return self.times["height"].size > 0
 
     @property
     def moments(self) -> slice:
-        """Where the moments stand."""
+        """Return where the moments stand."""
         return slice(self.blocks["moment_f"].start, self.blocks["moment_n"].stop)
 
     @property
@@ -260,11 +262,11 @@ class Observation:
         }
 
     def time_of(self, block: str) -> Array:
-        """Instants of a block's values (s)."""
+        """Return instants of a block's values (s)."""
         return self.times[block]
 
     def predict(self, model: Model, run: ReducedRun, balance: Balance, prepared: Prepared) -> Array:
-        """(N,) what would be measured of a run of the reduced model, which may carry a complex step.
+        """Return what would be measured of a run of the reduced model, (N,), which may carry a complex step.
 
         The moment is that of the stated mass: a lighter skier is not better balanced.
         """
@@ -273,7 +275,9 @@ class Observation:
         return np.concatenate([seen, *(self.mass / model.skier.mass * left_over).T])
 
     def predict_instruments(self, model: Model, time: Array, antenna: Array, sole: Array) -> Array:
-        """(N − moments,) what the instruments would measure of antenna (n, 3) m and soles (n, 2) N at ``time`` (n,)."""
+        """Return what the instruments would measure of antenna (n, 3) m and soles (n, 2) N at ``time`` (n,), (N −
+        moments,).
+        """
         place = predict_fixes(model, time, antenna, self.times["x"])
         heights = place[: len(self.times["height"]), 2]
         speed = np.gradient(antenna, time, axis=0) @ slope_to_level(model.inclination).T
@@ -283,8 +287,8 @@ class Observation:
         return np.concatenate([*place[:, :2].T, heights, *moving, total_and_difference(loads)])
 
     def weighed(self, residual: Array, levels: NoiseLevels) -> Observation:
-        """The same where a row that a residual (N,) shows far off counts less, but for fixes, which have their counts:
-        a ski that strikes a bump, an insole that slips.  That lasts; a height is far off for itself alone.
+        """Return the same with less weight for rows that a residual (N,) shows far off, except fixes, which have their
+        counts.  A ski strikes a bump, an insole slips: that lasts; a height is far off for itself alone.
         """
         more = np.ones(len(residual))
         for name, place in self.blocks.items():
@@ -296,8 +300,8 @@ class Observation:
         return replace(self, scale=Scale(self.scale.lasting * lasting, self.scale.total * more))
 
     def whiten(self, levels: NoiseLevels, columns: Array) -> Array:
-        """Columns (N, c) in units of independent noise, with the origin of heights, known to ``HEIGHT_ORIGIN``, as part
-        of the heights' noise.
+        """Return columns (N, c) in units of independent noise.  The origin of heights, known to ``HEIGHT_ORIGIN``, is
+        part of the heights' noise.
         """
         out = np.array(columns, dtype=np.float64)
         for name, place in self.blocks.items():
@@ -322,9 +326,9 @@ class Observation:
 def observation_of(
     recording: Recording, model: Model, motion: Motion, counts: Array, *, balanced: bool = True, heights: bool = False
 ) -> Observation:
-    """The measurements of a recording; ``counts`` (n,) is what each fix counts (``counts_of``).  That nothing is left
-    over of the moment is among them for a skier who is taken to be ``balanced``; the fixes' ``heights`` are where they
-    have not shown the snow surface beforehand.
+    """Return the measurements of a recording; ``counts`` (n,) is what each fix counts (``counts_of``).  A skier who is
+    taken to be ``balanced`` has the residual moment, zero, among them; the fixes' ``heights`` are where they have not
+    shown the snow surface beforehand.
 
     Raises ValueError when the recording has no GPS.
     """
@@ -362,7 +366,9 @@ def observation_of(
 
 
 def _measured_velocity(recording: Recording, model: Model, motion: Motion) -> tuple[Array, Array]:
-    """Instants (n,) s and the receiver's velocities over ground (n, 2) m/s, level frame; none where it gave none."""
+    """Return instants (n,) s and the receiver's velocities over ground (n, 2) m/s, level frame; none where it gave
+    none.
+    """
     gps = recording.gps
     if gps is None or gps.speed is None or gps.course is None:
         return np.zeros(0), np.zeros((0, 2))

@@ -47,7 +47,7 @@ def minimise(
     enough: float = -np.inf,
     most: int = 60,
 ) -> Optimum:
-    """Least value of ``function`` (value and gradient) by SLSQP.
+    """Minimise ``function`` (value and gradient) by SLSQP.
 
     Parameters
     ----------
@@ -110,8 +110,9 @@ def minimise_squares(
     objective_tolerance: float,
     most: int = 60,
 ) -> Optimum:
-    """As ``minimise`` where ``function`` gives the Gauss-Newton curvature too: SLSQP begins anew, with the curvature
-    there, from every point that is better than the one before, until a whole step would gain less than the tolerance.
+    """Minimise as ``minimise`` does, where ``function`` gives the Gauss-Newton curvature too.  SLSQP begins again, with
+    the curvature there, from every point that is better than the one before, until a whole step would gain less than
+    the tolerance.
 
     Far from the optimum curvatures differ so much from place to place that what SLSQP learns of them on its way
     misleads it.
@@ -129,7 +130,7 @@ def minimise_squares(
         least, slope, curvature = at(values)
         if 0.5 * slope @ np.linalg.solve(curvature, slope) < objective_tolerance:
             return Optimum(values, least, len(known), True, _REASONS[nlopt.FTOL_REACHED])
-        found = minimise(
+        optimum = minimise(
             lambda x: at(x)[:2],
             values,
             bounds,
@@ -138,8 +139,8 @@ def minimise_squares(
             enough=float(np.nextafter(least, -np.inf)),
             most=1 + most - len(known),
         )
-        gain, values = least - found.objective, found.values
+        gain, values = least - optimum.objective, optimum.values
         if 0.0 < gain < objective_tolerance:
-            found = replace(found, converged=True, reason=_REASONS[nlopt.FTOL_REACHED])
+            optimum = replace(optimum, converged=True, reason=_REASONS[nlopt.FTOL_REACHED])
         if gain < objective_tolerance or len(known) >= most:
-            return replace(found, evaluations=len(known))
+            return replace(optimum, evaluations=len(known))

@@ -94,7 +94,7 @@ class Parameter:
 
 
 def group_of(error: PostureError) -> str:
-    """Where the uncertainty of an error of the posture is counted."""
+    """Return where the uncertainty of an error of the posture is counted."""
     return _POSTURE.get(error.kind, "trunk's lean")
 
 
@@ -108,18 +108,18 @@ def with_instruments(model: Model, recording: Recording) -> Model:
 
 
 def drag_coefficient(model: Model) -> NumberRef:
-    """The drag coefficient: the posture's law, or the paper's."""
+    """Return the drag coefficient: the posture's law, or the paper's."""
     names = [term.name for term in model.terms]
     return NumberRef("posture_air.c_d" if "posture_air" in names else "air.c_d")
 
 
 def started_anywhere(priors: Mapping[NumberRef, Prior]) -> dict[NumberRef, Prior]:
-    """The priors, those of the start so wide that the fixes alone decide."""
-    found = dict(priors)
+    """Return the priors, those of the start so wide that the fixes alone decide."""
+    wide = dict(priors)
     for name in _START.keys() & priors.keys():
         least, times = _START[name]
-        found[name] = replace(priors[name], sigma=max(times * priors[name].sigma, least))
-    return found
+        wide[name] = replace(priors[name], sigma=max(times * priors[name].sigma, least))
+    return wide
 
 
 def snow_beforehand(model: Model) -> Mapping[NumberRef, Prior]:
@@ -152,8 +152,8 @@ def unknown_numbers(model: Model, priors: Mapping[NumberRef, Prior], recording: 
 def posture_errors(
     about: Uncertainty, start: float, stop: float, assumed: FootSigma | None = None
 ) -> tuple[PostureError, ...]:
-    """All ways in which the posture may be wrong from ``start`` to ``stop`` (s); ``assumed`` says how wrong feet may be
-    whose posture was not captured.
+    """Return all ways in which the posture may be wrong from ``start`` to ``stop`` (s); ``assumed`` says how wrong feet
+    may be whose posture was not captured.
     """
     sizes = dict.fromkeys(TURNS, (about.foot, about.foot_wander))
     sizes["forward"] = (about.foot_place, about.foot_place_wander)
@@ -165,7 +165,7 @@ def posture_errors(
 
 
 def seek_too(problem: Problem, names: Sequence[str]) -> Problem:
-    """The problem with further numbers of the model's terms sought, by their names (``my_snow.c``).
+    """Return the problem with further numbers of the model's terms estimated, by their names (``my_snow.c``).
 
     Beforehand each is known to half the range of its bounds, as one standard deviation; the paper's bare objective
     knows nothing of any.  Raises InputError for a number that no term of the model has, or that is sought already.
@@ -186,10 +186,10 @@ def seek_too(problem: Problem, names: Sequence[str]) -> Problem:
 
 
 def numbers_of_terms(model: Model) -> tuple[NumberRef, ...]:
-    """Names of all numbers of a model's terms; those of a second term of a kind are ``name#2.number``."""
-    found, seen = [], dict[str, int]()
+    """Return the names of all numbers of a model's terms; those of a second term of a kind are ``name#2.number``."""
+    names, seen = [], dict[str, int]()
     for term in model.terms:
         seen[term.name] = seen.get(term.name, 0) + 1
         owner = term.name if seen[term.name] == 1 else f"{term.name}#{seen[term.name]}"
-        found += [NumberRef.of(owner, number) for number in parameters(term)]
-    return tuple(found)
+        names += [NumberRef.of(owner, number) for number in parameters(term)]
+    return tuple(names)

@@ -57,7 +57,7 @@ what two names differ by.  Damped steps are short where much is left: on a hill 
 _STRAIGHT: Final = 1.0
 """Standard deviations of a last move within which a search has converged."""
 _BENT: Final = 2.0
-"""Standard deviations by which the posture moves until the responses to its errors are found anew: angles of few
+"""Standard deviations by which the posture moves until the responses to its errors are computed again: angles of few
 degrees, which change them by some per cent, so that each round still takes away most of what is left.
 """
 _BENT_AT_THE_END: Final = 0.5
@@ -102,7 +102,7 @@ class Posterior:
     moved: float
 
     def share(self, name: str) -> dict[str, float]:
-        """Parts of one number's variance by group, the largest first."""
+        """Return the parts of one number's variance by group, the largest first."""
         i = self.setting.names.index(name)
         parts = {group: float(sigma[i] ** 2 / self.covariance[i, i]) for group, sigma in self.shares.items()}
         return dict(sorted(parts.items(), key=lambda part: -part[1]))
@@ -121,7 +121,7 @@ class Posterior:
 
     @property
     def widened(self) -> float:
-        """By how much standard errors were widened for what the model lacks."""
+        """Return by how much standard errors were widened for what the model lacks."""
         return widening(self.setting.seen.usual, self.levels)
 
     @property
@@ -175,11 +175,11 @@ def find_posterior(
                 setting = replace(setting, seen=seen.weighed(seen.measured - point.predicted, levels))
         levels, _ = best_levels(_linear_by_waves(setting, point, responses), levels)
         setting = setting.with_waves(levels.surface)
-        found = _solve(setting, point, responses, levels)
+        solution = solve(setting, point, responses, levels)
         before = point
-        point, misfit, kept = _step(setting, point, responses, levels, found)
-        left = misfit - found.optimum.objective
-        spread = np.sqrt(np.diag(found.covariance))
+        point, misfit, kept = _step(setting, point, responses, levels, solution)
+        left = misfit - solution.optimum.objective
+        spread = np.sqrt(np.diag(solution.covariance))
         changes = (setting.values(point.model) - setting.values(before.model)) / spread
         moved = float(np.max(np.abs(np.concatenate([changes, point.sizes - before.sizes]))))
         say(f"round {rounds}: moved by {moved:.2f} standard deviations, {_description(point.model)}")
@@ -191,7 +191,7 @@ def find_posterior(
             full = None
         elif _ends(moved, _bend(point, linearised), roughly=comparing and kept and left < _CLOSE):
             break
-    covariance, shares = _in_the_end(setting, point, responses, levels, found)
+    covariance, shares = _in_the_end(setting, point, responses, levels, solution)
     return Posterior(
         model=point.model,
         setting=setting,
@@ -203,41 +203,41 @@ def find_posterior(
         predicted=point.predicted,
         beyond=point.beyond,
         responses=responses,
-        optimum=_ending(found.optimum, misfit, moved),
+        optimum=ending_of(solution.optimum, misfit, moved),
         rounds=rounds,
         moved=moved,
     )
 
 
 def _in_the_end(
-    setting: Setting, point: Point, responses: Responses, levels: NoiseLevels, found: _Found
+    setting: Setting, point: Point, responses: Responses, levels: NoiseLevels, solution: Solution
 ) -> tuple[Array, dict[str, Array]]:
-    """θ's covariance (k, k) and standard deviations (k,) by group: averaged over how long the fixes' noise remembers,
-    and widened by what the model lacks.
+    """Return θ's covariance (k, k) and standard deviations (k,) by group.  They are averaged over how long the fixes'
+    noise remembers, and widened by what the model lacks.
     """
     k = len(setting.unknowns)
     averaged = averaged_covariance(_linear(setting, point, responses), levels)[:k, :k]
     covariance = averaged * np.outer(setting.sigmas, setting.sigmas)
-    of_noise = found.shares[MEASUREMENTS] ** 2 + np.diag(covariance - found.covariance)
-    shares = {**found.shares, MEASUREMENTS: np.sqrt(np.maximum(of_noise, 0.0))}
+    of_noise = solution.shares[MEASUREMENTS] ** 2 + np.diag(covariance - solution.covariance)
+    shares = {**solution.shares, MEASUREMENTS: np.sqrt(np.maximum(of_noise, 0.0))}
     wide = widening(setting.seen.usual, levels)
     return covariance * wide**2, {group: wide * share for group, share in shares.items()}
 
 
 def _ends(moved: float, bend: float, *, roughly: bool) -> bool:
-    """Whether a search ends that ``moved`` so much by responses so far away."""
+    """Return whether a search ends that ``moved`` so much by responses so far away."""
     most, away = (_ROUGHLY, _BENT) if roughly else (_SETTLED, _BENT_AT_THE_END)
     return moved < most and bend < away
 
 
 def _bend(point: Point, linearised: Array) -> float:
-    """Standard deviations of the posture's errors from where the responses to them are known."""
+    """Return by how many standard deviations the posture's errors are from where the responses to them are known."""
     return float(np.max(np.abs(point.sizes - linearised)[:-1], initial=0.0))
 
 
 def _linearise_known(model: Model, setting: Setting, known: Posterior) -> tuple[Point, Responses]:
-    """``linearise_at`` with the errors of posture and mass of an estimate already ``known``, whose responses to them
-    are taken where it has the same measurements and the same heading.
+    """Linearise as ``linearise_at`` does, with the errors of posture and mass of an estimate already ``known``.  Its
+    responses to them are taken where it has the same measurements and the same heading.
     """
     point = point_at(setting, model, known.sizes, np.zeros(len(setting.seen.measured)))
     if known.setting.seen.blocks != setting.seen.blocks or known.model.heading.is_found != model.heading.is_found:
@@ -246,9 +246,9 @@ def _linearise_known(model: Model, setting: Setting, known: Posterior) -> tuple[
     return point, replace(known.responses, by_number=by_number)
 
 
-def _ending(optimum: Optimum, misfit: float, moved: float) -> Optimum:
-    """How the search ended: it has not converged while it still moves by what matters, nor where no step takes away
-    what the linear form of the misfit promises, ``optimum``'s objective being what that would leave.
+def ending_of(optimum: Optimum, misfit: float, moved: float) -> Optimum:
+    """Return how the search ended.  It has not converged while it still moves by what matters, nor where no step takes
+    away what the linear form of the misfit promises; the ``optimum``'s objective is what that would leave.
     """
     if moved >= _STRAIGHT:
         reason = f"stopped: the last of {ROUNDS} rounds moved by {moved:.1f} standard deviations"
@@ -279,7 +279,7 @@ class _Whitened:
     errors: Array
 
     def held(self, by_number: Array, by_error: float, sizes: Array) -> _Whitened:
-        """With rows that hold θ, weighed (k,), and η where they are."""
+        """Return the rows and further ones that hold θ, weighed (k,), and η where they are."""
         k, m = self.numbers.shape[1], self.errors.shape[1]
         return _Whitened(
             np.concatenate([self.residual, np.zeros(k), by_error * sizes]),
@@ -306,7 +306,7 @@ def draw_numbers(found: Posterior, count: int, rng: np.random.Generator) -> tupl
 
 
 def _linear(setting: Setting, point: Point | Posterior, responses: Responses) -> LinearProblem:
-    """A run linearised about a point in θ, η and where heights count from."""
+    """Return a run linearised about a point in θ, η and where heights count from."""
     seen, none = setting.seen, np.zeros((len(setting.seen.measured), 0))
     ahead = responses.by_error @ point.sizes + responses.by_number @ (setting.values(point.model) - setting.means)
     columns = np.column_stack([responses.by_number, responses.by_error, seen.height_origin])
@@ -316,14 +316,14 @@ def _linear(setting: Setting, point: Point | Posterior, responses: Responses) ->
 
 
 def _linear_by_waves(setting: Setting, point: Point, responses: Responses) -> LinearProblem:
-    """The same with the waves of the snow apart, whose size beforehand is a level of the noise."""
+    """Return the same with the waves of the snow apart, whose size beforehand is a level of the noise."""
     whole, waves = _linear(setting.with_waves(1.0), point, responses), np.flatnonzero(setting.waves)
     free = Freedom(np.delete(whole.free.columns, waves, axis=1), np.delete(whole.free.scales, waves))
     return replace(whole, free=free, surface=whole.free.columns[:, waves])
 
 
 @dataclass(frozen=True)
-class _Found:
+class Solution:
     """The linear problem's solution: the step of θ (k,), η (m,), θ's covariance and whose it is."""
 
     optimum: Optimum
@@ -333,15 +333,17 @@ class _Found:
     shares: Mapping[str, Array]
 
 
-def _solve(setting: Setting, point: Point, responses: Responses, levels: NoiseLevels, damping: float = 0.0) -> _Found:
-    """``damping`` holds θ and η where they are, as if they were known there to 1/√damping of their priors' spread."""
+def solve(setting: Setting, point: Point, responses: Responses, levels: NoiseLevels, damping: float = 0.0) -> Solution:
+    """Solve the linear problem about a point; ``damping`` holds θ and η there, as if they were known to 1/√damping of
+    their priors' spread.
+    """
     white = _whiten(setting, point, responses, levels)
     if damping > 0.0:
         white = white.held(np.sqrt(damping) / setting.sigmas, np.sqrt(damping), point.sizes)
     factor = precision(white.errors)
 
     def without_errors(columns: Array) -> Array:
-        """C⁻¹ times the columns."""
+        """Return C⁻¹ times the columns."""
         return np.asarray(columns - white.errors @ cho_solve(factor, white.errors.T @ columns))
 
     weighted = without_errors(white.numbers)
@@ -360,7 +362,7 @@ def _solve(setting: Setting, point: Point, responses: Responses, levels: NoiseLe
     optimum = minimise(evaluate, start, bounds, curvature, objective_tolerance=_TOLERANCE)
     step = optimum.values - before
     covariance = np.asarray(np.linalg.inv(curvature), dtype=np.float64)
-    return _Found(
+    return Solution(
         optimum,
         step,
         np.asarray(cho_solve(factor, white.errors.T @ (white.residual - white.numbers @ step))),
@@ -370,7 +372,7 @@ def _solve(setting: Setting, point: Point, responses: Responses, levels: NoiseLe
 
 
 def _shares(setting: Setting, covariance: Array, weighted: Array, errors: Array) -> dict[str, Array]:
-    """Standard deviations of θ (k,) by the group that they come from."""
+    """Return standard deviations of θ (k,) by the group that they come from."""
     gain = covariance @ weighted.T  # K
     variances: dict[str, Array] = {MEASUREMENTS: np.sum(gain**2, axis=1)}
     of_errors = (gain @ errors) ** 2
@@ -383,24 +385,24 @@ def _shares(setting: Setting, covariance: Array, weighted: Array, errors: Array)
 
 
 def _step(
-    setting: Setting, point: Point, responses: Responses, levels: NoiseLevels, found: _Found
+    setting: Setting, point: Point, responses: Responses, levels: NoiseLevels, solution: Solution
 ) -> tuple[Point, float, bool]:
-    """The next point, its misfit, and whether that is as low as promised: the whole step, or the best of steps that are
-    damped more and more (Levenberg and Marquardt).
+    """Return the next point, its misfit, and whether that is as low as promised.  The point is that of the whole step,
+    or the best of steps that are damped more and more (Levenberg and Marquardt).
     """
     before = setting.values(point.model)
     first = _misfit(setting, levels, before, point.sizes, point.predicted)
-    promised = first - found.optimum.objective
+    promised = first - solution.optimum.objective
     best, least = point, first
     for damping in _DAMPINGS:
         if damping > 0.0:
-            found = _solve(setting, point, responses, levels, damping)
-        values = before + found.step
+            solution = solve(setting, point, responses, levels, damping)
+        values = before + solution.step
         try:
-            trial = moved_point(setting, point, responses, values, found.sizes)
+            trial = moved_point(setting, point, responses, values, solution.sizes)
         except SimulationDiverged:
             continue
-        misfit = _misfit(setting, levels, values, found.sizes, trial.predicted)
+        misfit = _misfit(setting, levels, values, solution.sizes, trial.predicted)
         if misfit < least:
             best, least = trial, misfit
         elif best is not point:
@@ -411,7 +413,7 @@ def _step(
 
 
 def _misfit(setting: Setting, levels: NoiseLevels, values: Array, sizes: Array, predicted: Array) -> float:
-    """Half of χ², of the measurements and of what was known beforehand."""
+    """Return half of χ², of the measurements and of what was known beforehand."""
     residual = setting.seen.whiten(levels, (setting.seen.measured - predicted)[:, None])[:, 0]
     prior = (values - setting.means) / setting.sigmas
     return 0.5 * float(residual @ residual + prior @ prior + sizes @ sizes)

@@ -61,7 +61,7 @@ class PostureError:
     sigma: float
 
     def middle(self, start: float, stop: float) -> float:
-        """s at which an error that wanders is greatest, in a run from ``start`` to ``stop`` (s)."""
+        """Return when (s) an error that wanders is greatest, in a run from ``start`` to ``stop`` (s)."""
         return float(_knots(start, stop)[self.support + 2])
 
 
@@ -92,48 +92,50 @@ class PostureErrors:
         self._responses = _responses(parts, prepared.time, {(error.kind, error.side) for error in errors})
 
     def profile(self, error: PostureError, time: Array) -> Array:
-        """(n,) the error at ``time`` (n,), one where it is greatest."""
+        """Return the error (n,) at ``time`` (n,), one where it is greatest."""
         return _profile(self._knots, error.support, time)
 
     def change(self, error: PostureError) -> TableChange:
-        """The tables that are wrong by a size (standard deviations)."""
-        found = self._responses[error.kind, error.side]
+        """Return the tables that are wrong by a size (standard deviations)."""
+        responses = self._responses[error.kind, error.side]
         shape = error.sigma * self.profile(error, self.time)
-        return partial(_changed, found, shape)
+        return partial(_changed, responses, shape)
 
     def angles(self, sizes: Array) -> Array:
-        """(n, 28) rad of all errors together at the tables' instants, ``sizes`` (errors,) in standard deviations."""
+        """Return the angles (n, 28) rad of all errors together at the tables' instants, ``sizes`` (errors,) in standard
+        deviations.
+        """
         total = np.zeros((len(self.time), len(PRESCRIBED)))
         for error, size in zip(self.errors, sizes, strict=True):
             total += size * self.direction(error)
         return total
 
     def direction(self, error: PostureError) -> Array:
-        """(n, 28) rad: the angles of one standard deviation of the error."""
+        """Return the angles (n, 28) rad of one standard deviation of the error."""
         shape = error.sigma * self.profile(error, self.time)
         return np.asarray(shape[:, None] * self._responses[error.kind, error.side].angles)
 
 
 def supports(start: float, stop: float) -> int:
-    """How many supports an error that wanders has from ``start`` to ``stop`` (s)."""
+    """Return how many supports an error that wanders has from ``start`` to ``stop`` (s)."""
     return len(_knots(start, stop)) - 4
 
 
 def errors_of(sizes: Mapping[str, tuple[float, float]], start: float, stop: float) -> tuple[PostureError, ...]:
-    """Errors of each kind, of both feet or the trunk, in a run from ``start`` to ``stop`` (s); none of size 0.
+    """Return errors of each kind, of both feet or the trunk, in a run from ``start`` to ``stop`` (s); none of size 0.
 
     sizes : standard deviations (rad or m) of a constant error and of one that wanders
     """
-    found = []
+    errors = []
     for kind, (constant, wander) in sizes.items():
         for side in (-1,) if kind in LEANS else (0, 1):
-            found.append(PostureError(kind, side, -1, constant))
-            found += [PostureError(kind, side, i, wander) for i in range(supports(start, stop))]
-    return tuple(error for error in found if error.sigma > 0.0)
+            errors.append(PostureError(kind, side, -1, constant))
+            errors += [PostureError(kind, side, i, wander) for i in range(supports(start, stop))]
+    return tuple(error for error in errors if error.sigma > 0.0)
 
 
 def _profile(knots: Array, support: int, time: Array) -> Array:
-    """(n,) a constant one, or the cubic B-spline of that number, one at its greatest."""
+    """Return a constant profile (n,), or the cubic B-spline of that number, one at its greatest."""
     if support < 0:
         return np.ones(len(time))
     count = len(knots) - 4
@@ -142,7 +144,7 @@ def _profile(knots: Array, support: int, time: Array) -> Array:
 
 
 def grown(correction: PostureCorrection | None, time: Array, angles: Array) -> PostureCorrection:
-    """The correction with ``angles`` (n, 28) rad at ``time`` (n,) added."""
+    """Return the correction with ``angles`` (n, 28) rad at ``time`` (n,) added."""
     count = max(2, round((time[-1] - time[0]) / _GRID) + 1)
     grid = np.linspace(time[0], time[-1], count)
     more = np.stack([np.interp(grid, time, column) for column in angles.T], axis=1)
@@ -152,19 +154,19 @@ def grown(correction: PostureCorrection | None, time: Array, angles: Array) -> P
 
 
 def _knots(start: float, stop: float) -> Array:
-    """Of cubic B-splines that together follow whatever changes over ``_SPACING``."""
+    """Return the knots of cubic B-splines that together follow whatever changes over ``_SPACING``."""
     intervals = int(np.clip(round((stop - start) / _SPACING), 1, _MOST - 3))
     step = (stop - start) / intervals
     return np.asarray(start + step * np.arange(-3, intervals + 4), dtype=np.float64)
 
 
 def _responses(parts: Parts, time: Array, kinds: set[tuple[str, int]]) -> dict[tuple[str, int], Responses]:
-    """What each kind moves, found on a coarse grid of instants and interpolated to ``time``."""
+    """Return what each kind moves, computed on a coarse grid of instants and interpolated to ``time``."""
     motion = parts.motion
     grid = np.linspace(time[0], time[-1], max(6, round((time[-1] - time[0]) / _GRID) + 1))
     posture = parts.posture(grid)
     antenna = _antenna_jacobian(motion, grid)
-    found = {}
+    responses = {}
     for kind, side in kinds:
         angles = _angles_of(kind, side, posture)
         coarse = Responses(
@@ -175,14 +177,14 @@ def _responses(parts: Parts, time: Array, kinds: set[tuple[str, int]]) -> dict[t
             exposed=np.einsum("neck,nk->nec", posture.exposed_jacobian, angles),
             antenna=np.einsum("nck,nk->nc", antenna, angles),
         )
-        found[kind, side] = Responses(
+        responses[kind, side] = Responses(
             **{f.name: make_interp_spline(grid, getattr(coarse, f.name), k=5)(time) for f in fields(Responses)}
         )
-    return found
+    return responses
 
 
 def _angles_of(kind: str, side: int, posture: PostureTable) -> Array:
-    """(n, 28) the angles that make a unit of the error."""
+    """Return the angles (n, 28) that make a unit of the error."""
     n = len(posture.time)
     angles = np.zeros((n, len(PRESCRIBED)))
     if kind in LEANS:
@@ -208,7 +210,9 @@ def _angles_of(kind: str, side: int, posture: PostureTable) -> Array:
 
 
 def _level_axes(frame: Array) -> Array:
-    """(n, 3, 3) columns: along the ski within the slope, to its left, and the slope's normal, from feet (n, 3, 3)."""
+    """Return axes (n, 3, 3) in columns, from feet (n, 3, 3): along the ski within the slope, to its left, and the
+    slope's normal.
+    """
     forward = frame[:, :2, 0] / np.linalg.norm(frame[:, :2, 0], axis=1, keepdims=True)
     axes = np.zeros((len(frame), 3, 3))
     axes[:, :2, 0] = forward
@@ -218,7 +222,7 @@ def _level_axes(frame: Array) -> Array:
 
 
 def _antenna_jacobian(motion: Motion, time: Array) -> Array:
-    """(n, 3, 28) m/rad: what each angle moves the antenna by."""
+    """Return what each angle moves the antenna by, (n, 3, 28) m/rad."""
     if motion.antenna is None:
         return np.zeros((len(time), 3, len(PRESCRIBED)))
     poses, _ = relative_poses(motion, time)
@@ -228,9 +232,9 @@ def _antenna_jacobian(motion: Motion, time: Array) -> Array:
     return np.asarray(linear[:, 0, :, 3:])
 
 
-def _changed(found: Responses, shape: Array, prepared: Prepared, size: complex) -> Prepared:
-    """The tables of a posture that is wrong by ``size`` times ``shape`` (n,) times a unit of the error: to first order
-    in the size, exact as a derivative.
+def _changed(responses: Responses, shape: Array, prepared: Prepared, size: complex) -> Prepared:
+    """Return the tables of a posture that is wrong by ``size`` times ``shape`` (n,) times a unit of the error: to first
+    order in the size, exact as a derivative.
     """
 
     def moved(unit: Array) -> tuple[Array, Array, Array]:
@@ -238,12 +242,12 @@ def _changed(found: Responses, shape: Array, prepared: Prepared, size: complex) 
         velocity = np.gradient(place, prepared.time, axis=0)
         return place, velocity, np.gradient(velocity, prepared.time, axis=0)
 
-    turn, spin, _ = moved(found.foot_turn)
+    turn, spin, _ = moved(responses.foot_turn)
     swing = spin + np.cross(turn, prepared.foot_spin)
-    foot, foot_velocity, foot_acceleration = moved(found.foot_place)
-    com, com_velocity, com_acceleration = moved(found.com)
-    antenna, antenna_velocity, _ = moved(found.antenna)
-    _, exposed_velocity, _ = moved(found.exposed)
+    foot, foot_velocity, foot_acceleration = moved(responses.foot_place)
+    com, com_velocity, com_acceleration = moved(responses.com)
+    antenna, antenna_velocity, _ = moved(responses.antenna)
+    _, exposed_velocity, _ = moved(responses.exposed)
     columns = np.moveaxis(prepared.foot_rotation, -1, 0)  # (3, n, 2, 3)
     turned = np.moveaxis(np.stack([np.cross(turn, column) for column in columns]), 0, -1)
     return replace(

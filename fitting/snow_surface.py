@@ -56,27 +56,27 @@ _ROUNDS: Final = 5
 
 
 def on_snow_surface(model: Model, recording: Recording, motion: Motion) -> Model:
-    """The model on the surface that the fixes' heights show, with the modes of it that would move the track by more
-    than the fixes are off; on the plane where there are too few heights or no fixes.
+    """Return the model on the surface that the fixes' heights show, or on the plane where there are too few heights or
+    no fixes.  The surface has the modes that would move the track by more than the fixes are off.
 
     Raises InputError for an elevation model that cannot be used.
     """
-    found = snow_surface(model, recording, motion)
-    return model if found is None else replace(model, surface=found[0])
+    estimated = snow_surface(model, recording, motion)
+    return model if estimated is None else replace(model, surface=estimated[0])
 
 
 def snow_surface(model: Model, recording: Recording, motion: Motion) -> tuple[Surface, Heights] | None:
-    """The surface of ``on_snow_surface`` and the heights that show it; None where it stays on the plane."""
-    found = _estimate(model, recording, motion)
-    if found is None:
+    """Return the surface of ``on_snow_surface`` and the heights that show it; None where it stays on the plane."""
+    estimate = _estimate(model, recording, motion)
+    if estimate is None:
         return None
     assert recording.gps is not None
-    surface = found.estimate.surface(found.empty, _noticed(recording))
-    return replace(surface, mean=surface.mean + found.ground), found.heights
+    surface = estimate.estimate.surface(estimate.empty, _noticed(recording))
+    return replace(surface, mean=surface.mean + estimate.ground), estimate.heights
 
 
 def _noticed(recording: Recording) -> Noticed:
-    """What a recording's instruments notice of the surface besides its heights."""
+    """Return what a recording's instruments notice of the surface in addition to its heights."""
     assert recording.gps is not None
     return Noticed(
         _NOTICED * float(np.median(recording.gps.sigma)),
@@ -93,7 +93,7 @@ class SurfaceProcess:
     amplitude : m, by which the waves of such a surface usually leave the plane
     surface : an estimate of it; the modes are those of before any height was known, the first two the plane's tilt
     ground : what an elevation model makes of it, or the level plane
-    places : (p, 2) m along the run's way and around it
+    places : (p, 2) m along the run's path and around it
     measured : (m, 2) m of the heights, those of the run at hand first
     shaped : (m,) m, what the model's own terms made of the snow where heights are measured
     follow : (k, p) 1/m, how the modes' amounts follow from the surface's heights at ``places``
@@ -110,7 +110,9 @@ class SurfaceProcess:
     smooth: Array
 
     def at(self, surface: Surface) -> SurfaceProcess:
-        """The process where another estimate of it is; its nodes may be others, as a corrected posture moves them."""
+        """Return the process where another estimate of it is; its nodes may be others, as a corrected posture moves
+        them.
+        """
         along = surface.at(self.places)[:, 0]
         amounts = self.follow @ (along - self.ground.at(self.places)[:, 0])
         heights = surface.at(self.surface.nodes())[:, 0].reshape(self.surface.mean.shape)
@@ -119,30 +121,33 @@ class SurfaceProcess:
         return replace(self, surface=replace(self.surface, mean=rest, amounts=tuple(amounts.tolist())))
 
     def estimated(self, model: Model) -> SurfaceProcess:
-        """The process where the surface of ``model`` is, which has its modes."""
+        """Return the process where the surface of ``model`` is, which has its modes."""
         assert model.surface is not None
         return replace(self, surface=model.surface, shaped=replace(model, surface=None).snow(self.measured)[0])
 
-    def beside(self, model: Model) -> Surface:
-        """The surface that the heights show beside what the model's own terms make of the snow."""
+    def without_terms_of(self, model: Model) -> Surface:
+        """Return the surface that the heights show apart from what the model's own terms make of the snow."""
         change = replace(model, surface=None).snow(self.measured)[0] - self.shaped
         amounts = np.array(self.surface.amounts) - self.follow @ self.smooth @ change
         return replace(self.surface, amounts=tuple(amounts.tolist()))
 
 
 def surface_process(model: Model, recording: Recording, motion: Motion) -> SurfaceProcess | None:
-    """The process about the slope's plane, or about the recording's elevation model; None without heights.
+    """Return the process about the slope's plane, or about the recording's elevation model; None without heights.
 
     Raises InputError for an elevation model that cannot be used.
     """
-    found = _estimate(model, recording, motion)
-    if found is None:
+    estimate = _estimate(model, recording, motion)
+    if estimate is None:
         return None
-    surface, places, follow, smooth = found.estimate.process(found.empty, _noticed(recording))
-    heights = found.estimate.heights
-    surface, ground = replace(surface, mean=surface.mean + found.ground), replace(found.empty, mean=found.ground)
+    surface, places, follow, smooth = estimate.estimate.process(estimate.empty, _noticed(recording))
+    heights = estimate.estimate.heights
+    surface, ground = (
+        replace(surface, mean=surface.mean + estimate.ground),
+        replace(estimate.empty, mean=estimate.ground),
+    )
     shaped = replace(model, surface=None).snow(heights.all_places)[0]
-    amplitude = found.estimate.amplitude
+    amplitude = estimate.estimate.amplitude
     return SurfaceProcess(amplitude, surface, ground, places, heights.all_places, shaped, follow, smooth)
 
 
@@ -174,17 +179,17 @@ def _estimate(model: Model, recording: Recording, motion: Motion) -> _Found | No
 
 
 def _heights_of_other(model: Model, gps: Gps, other: Recording, heights: Heights) -> Heights:
-    """The snow's heights at another run's fixes near the places of ``heights``, in the slope frame of the run whose
-    fixes are ``gps``.
+    """Return the snow's heights at another run's fixes near the places of ``heights``, in the slope frame of the run
+    whose fixes are ``gps``.
 
     What both receivers' heights differ by is taken out first: it would shift the places along the slope.
     """
     assert other.gps is not None
     motion = motion_from_recording(other)
     theirs = model_of(other, motion)
-    found = snow_heights(other.gps, motion, theirs)
-    to_enu, to_slope = (slope_to_enu(each.inclination, each.fall_line_azimuth).T for each in (theirs, model))
-    enu = enu_from(np.column_stack([found.places, found.height]) @ to_enu, other.gps.origin, gps.origin)
+    seen = snow_heights(other.gps, motion, theirs)
+    to_enu, to_slope = (slope_to_enu(run.inclination, run.fall_line_azimuth).T for run in (theirs, model))
+    enu = enu_from(np.column_stack([seen.places, seen.height]) @ to_enu, other.gps.origin, gps.origin)
     way = cKDTree(heights.places)
     for _ in range(_ROUNDS):
         snow = enu @ to_slope.T
@@ -195,20 +200,20 @@ def _heights_of_other(model: Model, gps: Gps, other: Recording, heights: Heights
             break
         apart = float(np.median((snow[:, 2] - heights.height[nearest])[near]))
         enu[:, 2] -= apart / np.cos(model.inclination)
-    return replace(found, time=found.time[near], places=snow[near, :2], height=snow[near, 2], sigma=found.sigma[near])
+    return replace(seen, time=seen.time[near], places=snow[near, :2], height=snow[near, 2], sigma=seen.sigma[near])
 
 
 def _ground(model: Model, gps: Gps, elevations: Elevations, heights: Heights, empty: Surface) -> tuple[Array, ...]:
-    """The elevation model's heights (m) over the slope's plane: (nf, nl) at the nodes of ``empty``, and (n,) at the
-    places of each run's heights, the run at hand first.
+    """Return the elevation model's heights (m) over the slope's plane: (nf, nl) at the nodes of ``empty``, and (n,) at
+    the places of each run's heights, the run at hand first.
     """
     count = len(heights.time)
     to_enu = slope_to_enu(model.inclination, model.fall_line_azimuth).T
     with open_elevations(elevations.path) as sample:
 
         def over_ground(places: Array, height: Array) -> Array:
-            """(n,) m, straight up, of places (n, 2) at heights (n,) over the slope's plane above the elevation model;
-            the first places, those of the fixes, have to be covered.
+            """Return how far (n,) m, straight up, places (n, 2) at heights (n,) over the slope's plane are above the
+            elevation model.  The first places, those of the fixes, have to be covered.
             """
             enu = np.column_stack([places, height]) @ to_enu
             latitude, longitude, above = pymap3d.enu2geodetic(*enu.T, *gps.origin)
@@ -234,8 +239,8 @@ def _ground(model: Model, gps: Gps, elevations: Elevations, heights: Heights, em
 
 
 def snow_heights(gps: Gps, motion: Motion, model: Model) -> Heights:
-    """The snow's heights at the fixes within the motion, over the slope's plane or over what the model's terms make of
-    it.
+    """Return the snow's heights at the fixes within the motion, over the slope's plane or over what the model's terms
+    make of it.
 
     Raises ValueError for a motion without an antenna.
     """
@@ -260,7 +265,9 @@ def snow_heights(gps: Gps, motion: Motion, model: Model) -> Heights:
 
 
 def _edge_below_middle(parts: Parts, rotation: Array) -> Array:
-    """(n, 2) m by which a ski's lower edge is below the middle of its base, from the feet's rotations (n, 2, 3, 3)."""
+    """Return by how much (n, 2) m a ski's lower edge is below the middle of its base, from the feet's rotations (n, 2,
+    3, 3).
+    """
     ski = parts.model.ski
     half = 0.5 * float(ski.width(ski.s_of_x(0.0)))
     return np.asarray(half * np.abs(rotation[..., 2, 1]))

@@ -55,14 +55,14 @@ def test_the_reduced_model_leaves_over_what_the_full_one_does() -> None:
     prepared = prepare(model, motion, stop=stop, step=0.005)
     run = simulate_reduced(model, prepared)
     moved = correct_motion(model, motion)
-    found = balance_of(model, moved, prepared.correct_capture(model), run).residual(run, prepared)
+    residual = balance_of(model, moved, prepared.correct_capture(model), run).residual(run, prepared)
     # The full model gives the moments along the pelvis' three axes, which are not square to each other.
     poses = forward_kinematics(motion.geometry, full.coordinates, motion.inclination)
     axes = np.stack([poses.axes[:, COORDINATE[name]] for name in TURNS], axis=1)
     along = full.joint_moments[:, [full.moment_names.index(name) for name in TURNS]]
     expected = np.linalg.solve(axes, along[..., None])[..., 0]
     windows = np.arange(motion.start + 0.4, stop - 0.4, 0.1)
-    apart = averages(run.time, found, windows) - averages(full.time, expected, windows)
+    apart = averages(run.time, residual, windows) - averages(full.time, expected, windows)
     # Linear modal skis against beams, and skis whose own inertia of turning is left out: 1, 1 and 3 N m, however far
     # the trunk is bent.
     assert np.sqrt(np.mean(apart**2, axis=0)) == pytest.approx(np.zeros(3), abs=5.0)
@@ -98,6 +98,6 @@ def test_only_the_spring_is_left_over_about_gravity_where_the_heading_is_found(m
     slopes = sensitivities(model, prepared, ["carving.mu"], observed)[1][..., 0]
     value, step = model.value("carving.mu"), 1e-7
     ends = [simulate_reduced(model.with_values({"carving.mu": value + x}), prepared) for x in (step, -step)]
-    found = (observed(model, ends[0]) - observed(model, ends[1])) / (2.0 * step)
+    differences = (observed(model, ends[0]) - observed(model, ends[1])) / (2.0 * step)
     # Newton's method leaves 1e-10 m of what 1e-7 of friction moves
-    assert np.median(np.abs(slopes - found)) < 1e-5 * np.abs(found).max()
+    assert np.median(np.abs(slopes - differences)) < 1e-5 * np.abs(differences).max()

@@ -31,17 +31,19 @@ def test_friction_of_another_world_is_found_within_its_standard_error(name: str,
     recording, motion = bundled(name)
     model = on_snow_surface(model_of(recording, motion), recording, motion)
     motion = replace(motion, stop=motion.start + SECONDS)
-    found = estimate(problem_of(recording, motion, model, "joint"), recording, motion, full=False)
-    assert found.fitted.names[:2] == ("friction.mu_t", "friction.mu_n")
-    spread = np.sqrt(np.diag(found.posterior.covariance)[:2])
+    estimated = estimate(problem_of(recording, motion, model, "joint"), recording, motion, full=False)
+    assert estimated.fitted.names[:2] == ("friction.mu_t", "friction.mu_n")
+    spread = np.sqrt(np.diag(estimated.posterior.covariance)[:2])
     # beyond 2.6 standard deviations lies one of four numbers in one of 25 worlds
-    assert np.all(np.abs(found.posterior.values[:2] - true) < 2.6 * spread)
+    assert np.all(np.abs(estimated.posterior.values[:2] - true) < 2.6 * spread)
     # 0.01 of μ_t is what half a degree of slope does: less than that is asked of a standard error
     assert np.all(spread < 0.01)
     # noise of 2 cm in both directions leaves 2 √(π/2) = 2.5 cm, the mean of 50 fixes up to 1 cm more
-    assert np.mean(np.linalg.norm(found.fitted.residual, axis=1)) < 0.035
-    moments = found.posterior.setting.seen.moments
-    assert np.sqrt(np.mean(np.square(found.posterior.residual[moments]))) < 20.0  # N m: what is stated of the balance
+    assert np.mean(np.linalg.norm(estimated.fitted.residual, axis=1)) < 0.035
+    moments = estimated.posterior.setting.seen.moments
+    assert (
+        np.sqrt(np.mean(np.square(estimated.posterior.residual[moments]))) < 20.0
+    )  # N m: what is stated of the balance
 
 
 @pytest.mark.long(seconds=15)
@@ -54,11 +56,11 @@ def test_a_late_clock_is_found_as_late_as_it_is() -> None:
     motion = replace(motion, start=motion.start + 0.5, stop=motion.start + 0.5 + SECONDS)
     problem = problem_of(recording, motion, model, "joint")
     free = {("start.clock_offset",): Prior(0.0, 0.25)}
-    found = estimate_from(problem.model, problem, recording, motion, more=free, full=False)
-    _, low, high = found.interval("start.clock_offset", 2.6)  # as above
+    posterior = estimate_from(problem.model, problem, recording, motion, more=free, full=False)
+    _, low, high = posterior.interval("start.clock_offset", 2.6)  # as above
     assert low < late < high
     assert high - low < 0.2 * late  # a start held by its first fixes gave 3/4 of it, to 0.005 s
-    _, low, high = found.interval("friction.mu_t", 2.6)
+    _, low, high = posterior.interval("friction.mu_t", 2.6)
     assert low < 0.06 < high
 
 
@@ -69,18 +71,18 @@ def test_a_fit_finds_the_heading_where_edges_cut() -> None:
     model = replace(model, terms=combine_terms(model.terms, (Carving(mu=0.13, hardness=0.54e8, strength=0.9e5),)))
     motion = replace(motion, stop=motion.start + 1.5)
     problem = problem_of(recording, motion, model.with_heading("free"), "joint")
-    found = estimate(problem, recording, motion, full=False).posterior
-    assert found.model.heading.mode == "track"  # nothing else would hold it while all is sought
-    assert found.optimum.converged
+    posterior = estimate(problem, recording, motion, full=False).posterior
+    assert posterior.model.heading.mode == "track"  # nothing else would hold it while all is sought
+    assert posterior.optimum.converged
     # 2 cm of noise in both directions; with the snow that it begins with 0.26 m
-    assert found.track_error < 0.035
-    run = simulate_reduced(found.model, prepare(found.model, motion, step=0.0025))
+    assert posterior.track_error < 0.035
+    run = simulate_reduced(posterior.model, prepare(posterior.model, motion, step=0.0025))
     assert np.degrees(np.abs(run.heading[:, 0]).max()) > 0.2
     np.testing.assert_allclose(
-        found.setting.seen.predict_instruments(found.model, run.time, run.antenna, run.sole_force)[
-            found.setting.seen.blocks["x"]
+        posterior.setting.seen.predict_instruments(posterior.model, run.time, run.antenna, run.sole_force)[
+            posterior.setting.seen.blocks["x"]
         ],
-        found.predicted[found.setting.seen.blocks["x"]],
+        posterior.predicted[posterior.setting.seen.blocks["x"]],
         atol=1e-6,
     )
 
@@ -116,7 +118,7 @@ def test_coarse_fixes_without_speeds_are_begun_at_several_velocities(monkeypatch
     sigma = problem.priors["start.velocity_l"].sigma
     assert sigma > 1.0
     np.testing.assert_allclose(np.sort(np.unique(begun)), begun[0] + 1.3 * sigma * np.array([-1.0, 0.0, 1.0]))
-    assert [each.log_evidence for each in went_on] == [-740.0]
+    assert [known.log_evidence for known in went_on] == [-740.0]
 
 
 def test_fixes_that_are_fine_or_have_speeds_are_begun_once() -> None:
@@ -125,6 +127,6 @@ def test_fixes_that_are_fine_or_have_speeds_are_begun_once() -> None:
     assert gps is not None
     many = len(gps.time)
     with_speeds = replace(gps, sigma=np.full(many, 2.0), speed=np.full(many, 9.0), course=np.full(many, 3.0))
-    for each in (recording, replace(recording, gps=with_speeds)):
-        problem = problem_of(each, motion, model_of(each, motion), "joint")
-        assert estimation._other_starts(problem, each) == []
+    for recorded in (recording, replace(recording, gps=with_speeds)):
+        problem = problem_of(recorded, motion, model_of(recorded, motion), "joint")
+        assert estimation.other_starts(problem, recorded) == []

@@ -48,13 +48,13 @@ def test_factors_of_candidates_are_differences_of_evidence(width: int) -> None:
     rng = np.random.default_rng(5)
     candidates = [Freedom(rng.normal(size=(len(given.residual), width)), np.full(width, 0.2)) for _ in range(4)]
     sizes = (0.5, 1.0, 3.0)
-    found = log_factors(*overlaps(given, LEVELS, uncertain(given, LEVELS), candidates), sizes)[..., 0]
+    factors = log_factors(*overlaps(given, LEVELS, uncertain(given, LEVELS), candidates), sizes)[..., 0]
     nothing = log_evidence(given, LEVELS)
     expected = [
         [log_evidence(given, LEVELS, Freedom(c.columns, size * c.scales)) - nothing for c in candidates]
         for size in sizes
     ]
-    np.testing.assert_allclose(found, expected, atol=1e-8)  # rounding
+    np.testing.assert_allclose(factors, expected, atol=1e-8)  # rounding
 
 
 def test_fewer_columns_have_the_covariance_of_all() -> None:
@@ -105,7 +105,7 @@ def test_noise_levels_are_found() -> None:
     size = len(residual)
     none = np.zeros((size, 0))
     given = LinearModel(measurements, residual, Freedom(none, np.zeros(0)), none, none)
-    found, _ = best_levels(given, measurements.usual)
+    levels, _ = best_levels(given, measurements.usual)
     # 40 s of noise that remembers for 2 s are some 20 independent samples an axis: its σ is known to 20 %
-    assert found.gps.sigma == pytest.approx(LEVELS.gps.sigma, rel=0.4)
-    assert found.load.sigma == pytest.approx(LEVELS.load.sigma, rel=0.15)
+    assert levels.gps.sigma == pytest.approx(LEVELS.gps.sigma, rel=0.4)
+    assert levels.load.sigma == pytest.approx(LEVELS.load.sigma, rel=0.15)

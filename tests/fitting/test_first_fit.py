@@ -54,10 +54,10 @@ def made() -> tuple[Motion, Problem]:
 @pytest.mark.long
 def test_joint_fit_recovers_friction_start_and_heading(made: tuple[Motion, Problem], tmp_path: Path) -> None:
     motion, problem = made
-    found = fit(problem, motion, "joint", cache=Cache(tmp_path))
-    assert found.optimum.converged
-    assert found.optimum.evaluations <= 15
-    errors = {name: found.value(name) - truth for name, truth in TRUTH.items()}
+    fitted = fit(problem, motion, "joint", cache=Cache(tmp_path))
+    assert fitted.optimum.converged
+    assert fitted.optimum.evaluations <= 15
+    errors = {name: fitted.value(name) - truth for name, truth in TRUTH.items()}
     # Without noise the only pull away from the truth is the priors' (heading 0 ± 1°, velocity first guess ± 0.5 m/s),
     # weighed against 4 s of track: a tenth of what 2 cm of GPS noise would leave.
     assert abs(errors["friction.mu_t"]) < 0.002
@@ -65,7 +65,7 @@ def test_joint_fit_recovers_friction_start_and_heading(made: tuple[Motion, Probl
     assert abs(errors["start.velocity_f"]) < 0.05
     assert abs(errors["start.velocity_l"]) < 0.05
     # a centimetre: the objective's tolerance
-    assert float(np.mean(np.linalg.norm(found.residual, axis=1))) < 0.01
+    assert float(np.mean(np.linalg.norm(fitted.residual, axis=1))) < 0.01
 
 
 @pytest.mark.long
@@ -142,10 +142,10 @@ def test_a_step_to_where_the_run_diverges_is_taken_back(
         return sensitivities(*arguments)
 
     monkeypatch.setattr(fitting, "sensitivities", diverging)
-    found = fitting.fit_reduced(problem, prepared)
-    assert found.converged
+    fitted = fitting.fit_reduced(problem, prepared)
+    assert fitted.converged
     assert calls > first_step
-    np.testing.assert_allclose(found.values[:2], undisturbed.values[:2], atol=0.01)  # the search's tolerance
+    np.testing.assert_allclose(fitted.values[:2], undisturbed.values[:2], atol=0.01)  # the search's tolerance
     calls, failing = 0, {1}
     with pytest.raises(SimulationDiverged):
         fitting.fit_reduced(problem, prepared)
@@ -175,18 +175,18 @@ def test_a_quadratic_takes_a_few_steps(curvature: np.ndarray, best: np.ndarray) 
         return float(0.5 * (x - best) @ curvature @ (x - best)), curvature @ (x - best)
 
     bounds = np.tile([-1.0, 1.0], (len(best), 1))
-    found = minimise(function, np.zeros(len(best)), bounds, curvature, objective_tolerance=1e-10, step_tolerance=1e-9)
-    assert found.converged
-    assert found.evaluations <= 5  # with the curvature known, the first step is the last but for the check
-    np.testing.assert_allclose(found.values, best, atol=1e-6)
+    optimum = minimise(function, np.zeros(len(best)), bounds, curvature, objective_tolerance=1e-10, step_tolerance=1e-9)
+    assert optimum.converged
+    assert optimum.evaluations <= 5  # with the curvature known, the first step is the last but for the check
+    np.testing.assert_allclose(optimum.values, best, atol=1e-6)
 
 
 def test_bounds_hold() -> None:
     def function(x: np.ndarray) -> tuple[float, np.ndarray]:
         return float(np.sum((x - 2.0) ** 2)), 2.0 * (x - 2.0)
 
-    found = minimise(function, np.zeros(2), np.tile([-1.0, 1.0], (2, 1)), np.eye(2), objective_tolerance=1e-12)
-    np.testing.assert_allclose(found.values, 1.0, atol=1e-6)
+    optimum = minimise(function, np.zeros(2), np.tile([-1.0, 1.0], (2, 1)), np.eye(2), objective_tolerance=1e-12)
+    np.testing.assert_allclose(optimum.values, 1.0, atol=1e-6)
 
 
 @pytest.mark.long
@@ -212,26 +212,26 @@ def along_a_valley(x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
 def test_a_bent_valley_takes_few_evaluations_with_the_curvature_of_every_point() -> None:
     bounds = np.tile([-3.0, 3.0], (2, 1))
     start = np.array([-1.9, 2.0])
-    found = minimise_squares(along_a_valley, start, bounds, objective_tolerance=1e-8)
-    assert found.converged
-    np.testing.assert_allclose(found.values, [1.0, 1.0], atol=1e-3)  # of a tolerance of 1e-8 in ½ (1 − x)²
+    optimum = minimise_squares(along_a_valley, start, bounds, objective_tolerance=1e-8)
+    assert optimum.converged
+    np.testing.assert_allclose(optimum.values, [1.0, 1.0], atol=1e-3)  # of a tolerance of 1e-8 in ½ (1 − x)²
     first = along_a_valley(start)[2]
     once = minimise(lambda x: along_a_valley(x)[:2], start, bounds, first, objective_tolerance=1e-8)
-    assert found.evaluations < once.evaluations
+    assert optimum.evaluations < once.evaluations
 
 
 def test_a_search_by_squares_ends_at_a_bound() -> None:
     bounds = np.array([[-3.0, 0.5], [-3.0, 3.0]])
-    found = minimise_squares(along_a_valley, np.array([-1.9, 2.0]), bounds, objective_tolerance=1e-8)
-    assert found.converged
-    np.testing.assert_allclose(found.values, [0.5, 0.25], atol=1e-3)
+    optimum = minimise_squares(along_a_valley, np.array([-1.9, 2.0]), bounds, objective_tolerance=1e-8)
+    assert optimum.converged
+    np.testing.assert_allclose(optimum.values, [0.5, 0.25], atol=1e-3)
 
 
 def test_a_search_by_squares_stops_after_so_many_evaluations() -> None:
     bounds = np.tile([-3.0, 3.0], (2, 1))
-    found = minimise_squares(along_a_valley, np.array([-1.9, 2.0]), bounds, objective_tolerance=1e-8, most=3)
-    assert not found.converged
-    assert found.evaluations == 3
+    optimum = minimise_squares(along_a_valley, np.array([-1.9, 2.0]), bounds, objective_tolerance=1e-8, most=3)
+    assert not optimum.converged
+    assert optimum.evaluations == 3
 
 
 def test_fixes_that_are_off_count_less() -> None:

@@ -33,13 +33,13 @@ def fixes(counts: float = 1.0) -> Measurements:
 def test_fixes_of_instants_outside_the_run_count_less(late: float, counts: float) -> None:
     """Their variance is that of the fix and of a place after an unknown acceleration of 5 m/s²."""
     seen = fixes(counts)
-    found = seen.stamped_by(late, START, STOP)
+    stamped = seen.stamped_by(late, START, STOP)
     at = seen.fixes - late
     outside = np.where(at < START, START - at, np.where(at > STOP, at - STOP, 0.0))
     variance = SIGMA**2 / counts + (0.5 * 5.0 * outside**2) ** 2
-    np.testing.assert_allclose(found.counts, SIGMA**2 / variance)
-    np.testing.assert_array_equal(found.stated, seen.stated)  # for seconds they are as good as they say
-    assert np.count_nonzero(found.counts < counts) == (3 if late else 0)
+    np.testing.assert_allclose(stamped.counts, SIGMA**2 / variance)
+    np.testing.assert_array_equal(stamped.stated, seen.stated)  # for seconds they are as good as they say
+    assert np.count_nonzero(stamped.counts < counts) == (3 if late else 0)
 
 
 def observed(*, comparing: bool) -> Observation:
@@ -58,7 +58,7 @@ def test_heights_take_the_place_of_the_moments() -> None:
     n = len(comparing.times["x"])
     assert comparing.times["height"].shape == (n,)
     for name in ("x", "y", "load", "difference"):
-        both = (each.measured[each.blocks[name]] for each in (balanced, comparing))
+        both = (observation.measured[observation.blocks[name]] for observation in (balanced, comparing))
         np.testing.assert_array_equal(*both)
 
 
@@ -93,11 +93,11 @@ def test_where_heights_count_from_is_not_known() -> None:
     assert sign == 1.0
     dense = -0.5 * float(residual @ np.linalg.solve(covariance, residual) + log_volume)
     free, none = Freedom(np.hstack([columns, seen.height_origin]), np.ones(3)), np.zeros((12, 0))
-    found = log_evidence(LinearProblem(seen, residual, free, none, none), levels)
+    evidence = log_evidence(LinearProblem(seen, residual, free, none, none), levels)
     # dense matrices whose numbers span eight decades lose as many digits
-    assert found == pytest.approx(dense, abs=1e-4)
+    assert evidence == pytest.approx(dense, abs=1e-4)
     higher = log_evidence(LinearProblem(seen, residual + 0.7, free, none, none), levels)
-    assert higher == pytest.approx(found, abs=(0.7 / HEIGHT_ORIGIN) ** 2)  # what the origin's own density takes
+    assert higher == pytest.approx(evidence, abs=(0.7 / HEIGHT_ORIGIN) ** 2)  # what the origin's own density takes
     # what a search minimises has the origin as part of the noise
     square = float(np.sum(seen.whiten(levels, residual[:, None]) ** 2))
     with_origin = uneven_covariance(time, noise, scale) + HEIGHT_ORIGIN**2

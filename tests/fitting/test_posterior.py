@@ -98,10 +98,10 @@ def test_responses_to_numbers_are_those_of_runs() -> None:
 def test_the_budget_adds_up() -> None:
     _, setting = example()
     point, responses = linearised()
-    found = module._solve(setting, point, responses, setting.seen.usual)
-    total = sum(share**2 for share in found.shares.values())
-    np.testing.assert_allclose(total, np.diag(found.covariance), rtol=1e-6)
-    assert np.all(np.linalg.eigvalsh(found.covariance) > 0.0)
+    solution = module.solve(setting, point, responses, setting.seen.usual)
+    total = sum(share**2 for share in solution.shares.values())
+    np.testing.assert_allclose(total, np.diag(solution.covariance), rtol=1e-6)
+    assert np.all(np.linalg.eigvalsh(solution.covariance) > 0.0)
 
 
 def test_covariance_is_that_of_all_numbers_and_errors_together() -> None:
@@ -109,7 +109,7 @@ def test_covariance_is_that_of_all_numbers_and_errors_together() -> None:
     _, setting = example()
     point, responses = linearised()
     levels = setting.seen.usual
-    found = module._solve(setting, point, responses, levels)
+    solution = module.solve(setting, point, responses, levels)
     k = len(setting.unknowns)
     table = setting.seen.whiten(
         levels, np.column_stack([setting.seen.measured - point.predicted, responses.by_number, responses.by_error])
@@ -119,13 +119,15 @@ def test_covariance_is_that_of_all_numbers_and_errors_together() -> None:
     precision = columns.T @ columns + np.diag(prior)
     pulls = np.concatenate([(setting.values(point.model) - setting.means) * prior[:k], np.zeros(columns.shape[1] - k)])
     whole = np.linalg.solve(precision, columns.T @ table[:, 0] - pulls)
-    scale = np.sqrt(np.diag(found.covariance))
+    scale = np.sqrt(np.diag(solution.covariance))
     np.testing.assert_allclose(
-        np.linalg.inv(precision)[:k, :k] / np.outer(scale, scale), found.covariance / np.outer(scale, scale), atol=1e-6
+        np.linalg.inv(precision)[:k, :k] / np.outer(scale, scale),
+        solution.covariance / np.outer(scale, scale),
+        atol=1e-6,
     )
-    free = np.abs(found.step - whole[:k]) / scale  # where no bound is met
+    free = np.abs(solution.step - whole[:k]) / scale  # where no bound is met
     assert free.max() < 0.05
-    np.testing.assert_allclose(found.sizes, whole[k:], atol=0.05)
+    np.testing.assert_allclose(solution.sizes, whole[k:], atol=0.05)
 
 
 def test_a_damped_step_is_that_of_a_problem_held_where_it_is() -> None:
@@ -133,7 +135,7 @@ def test_a_damped_step_is_that_of_a_problem_held_where_it_is() -> None:
     point, responses = linearised()
     point = replace(point, sizes=np.linspace(-1.0, 1.0, len(point.sizes)))
     levels, damping = setting.seen.usual, 10.0
-    found = module._solve(setting, point, responses, levels, damping)
+    solution = module.solve(setting, point, responses, levels, damping)
     k = len(setting.unknowns)
     residual = setting.seen.measured - point.predicted + responses.by_error @ point.sizes
     table = setting.seen.whiten(levels, np.column_stack([residual, responses.by_number, responses.by_error]))
@@ -142,10 +144,10 @@ def test_a_damped_step_is_that_of_a_problem_held_where_it_is() -> None:
     pulls = np.concatenate([(setting.means - setting.values(point.model)) * prior[:k], damping * point.sizes])
     whole = np.linalg.solve(columns.T @ columns + (1.0 + damping) * np.diag(prior), columns.T @ table[:, 0] + pulls)
     # where no bound is met; the search over θ ends within a hundredth of what is known beforehand
-    np.testing.assert_allclose(found.step / setting.sigmas, whole[:k] / setting.sigmas, atol=0.01)
-    np.testing.assert_allclose(found.sizes, whole[k:], atol=0.01)
-    free = module._solve(setting, point, responses, levels)
-    assert np.linalg.norm(found.sizes - point.sizes) < np.linalg.norm(free.sizes - point.sizes)
+    np.testing.assert_allclose(solution.step / setting.sigmas, whole[:k] / setting.sigmas, atol=0.01)
+    np.testing.assert_allclose(solution.sizes, whole[k:], atol=0.01)
+    free = module.solve(setting, point, responses, levels)
+    assert np.linalg.norm(solution.sizes - point.sizes) < np.linalg.norm(free.sizes - point.sizes)
 
 
 def test_waves_are_as_high_as_the_measurements_show() -> None:
@@ -178,25 +180,25 @@ def test_waves_of_a_level_leave_the_tilt_as_it_is_known() -> None:
 def test_concealed_errors_are_found_within_their_uncertainty() -> None:
     model, setting = example()
     drawn = draw_run(model, setting, np.random.default_rng(1))
-    found, values, sizes = find_posterior(model, drawn.setting), drawn.values, drawn.sizes
-    assert found.moved < 1.0
-    z = (found.values - values) / np.sqrt(np.diag(found.covariance))
+    posterior, values, sizes = find_posterior(model, drawn.setting), drawn.values, drawn.sizes
+    assert posterior.moved < 1.0
+    z = (posterior.values - values) / np.sqrt(np.diag(posterior.covariance))
     # One draw: 20 numbers of which 5 % are beyond 2 and none in a thousand beyond 3.5.
     assert np.abs(z).max() < 3.5
-    every, errors = draw_numbers(found, 4000, np.random.default_rng(2))
-    spread = np.sqrt(np.diag(found.covariance))
-    low, high = np.array([found.model.bounds(name) for name in found.setting.names]).T
-    free = (found.values - 4.0 * spread > low) & (found.values + 4.0 * spread < high)
+    every, errors = draw_numbers(posterior, 4000, np.random.default_rng(2))
+    spread = np.sqrt(np.diag(posterior.covariance))
+    low, high = np.array([posterior.model.bounds(name) for name in posterior.setting.names]).T
+    free = (posterior.values - 4.0 * spread > low) & (posterior.values + 4.0 * spread < high)
     # 4000 draws give a mean to 1.6 % of a standard deviation and that to 1.1 %
-    assert np.allclose((every.mean(axis=0) - found.values)[free] / spread[free], 0.0, atol=0.08)
+    assert np.allclose((every.mean(axis=0) - posterior.values)[free] / spread[free], 0.0, atol=0.08)
     assert np.allclose((every.std(axis=0) / spread)[free], 1.0, atol=0.06)
     assert np.all((every >= low) & (every <= high))
     assert np.all(errors.std(axis=0) < 1.06)  # measurements take no knowledge away
     # What was corrected is nearer to the truth than nothing is.
-    assert np.sum((found.sizes - sizes) ** 2) < np.sum(sizes**2)
+    assert np.sum((posterior.sizes - sizes) ** 2) < np.sum(sizes**2)
     # The moments are closed and the track is met to the noise that was added.
-    x = found.residual[found.setting.seen.blocks["x"]]
-    assert np.sqrt(np.mean(x**2)) < 2.0 * found.setting.seen.usual.of("x").sigma
+    x = posterior.residual[posterior.setting.seen.blocks["x"]]
+    assert np.sqrt(np.mean(x**2)) < 2.0 * posterior.setting.seen.usual.of("x").sigma
 
 
 @pytest.mark.long
@@ -215,16 +217,16 @@ def test_posture_and_snow_surface_are_found_together() -> None:
     drawn = draw_run(model, setting, np.random.default_rng(4))
     place = drawn.setting.seen.blocks["height"]
     drawn.setting.seen.measured[place] += 3.0
-    found = find_posterior(model, drawn.setting, comparing=True)
-    z = (found.values - drawn.values) / np.sqrt(np.diag(found.covariance))
+    posterior = find_posterior(model, drawn.setting, comparing=True)
+    z = (posterior.values - drawn.values) / np.sqrt(np.diag(posterior.covariance))
     # one draw of 40 numbers, of which none in a hundred draws is beyond 3.7
     assert np.abs(z).max() < 3.7
-    modes = found.setting.of_process
+    modes = posterior.setting.of_process
     assert np.sum(modes) > 5
     # waves of even snow are millimetres high, and heights are off by 3 cm: still it is nearer to the truth than nothing
-    assert np.sum((found.values - drawn.values)[modes] ** 2) < np.sum(drawn.values[modes] ** 2)
-    height = found.residual[place]
-    assert np.std(height) < 1.5 * found.setting.seen.usual.of("height").sigma
+    assert np.sum((posterior.values - drawn.values)[modes] ** 2) < np.sum(drawn.values[modes] ** 2)
+    height = posterior.residual[place]
+    assert np.std(height) < 1.5 * posterior.setting.seen.usual.of("height").sigma
     assert np.mean(height) == pytest.approx(3.0, abs=0.2)  # the origin is no part of the estimate
 
 
@@ -252,13 +254,13 @@ def test_single_samples_that_are_far_off_count_less_but_fixes_keep_their_counts(
 
 
 def test_a_search_that_takes_no_step_it_promises_has_not_converged() -> None:
-    found = Optimum(np.zeros(1), 60.0, 3, True, "converged: the objective no longer changes")
-    assert module._ending(found, 62.0, 0.1).converged  # rounding and bends leave some per cent
-    stopped = module._ending(found, 100.0, 0.0)
+    optimum = Optimum(np.zeros(1), 60.0, 3, True, "converged: the objective no longer changes")
+    assert module.ending_of(optimum, 62.0, 0.1).converged  # rounding and bends leave some per cent
+    stopped = module.ending_of(optimum, 100.0, 0.0)
     assert not stopped.converged
     assert stopped.objective == 100.0
     assert stopped.reason == "stopped: no step lessens the misfit, though its linear form promises 40%"
-    assert not module._ending(found, 60.0, 1.2).converged
+    assert not module.ending_of(optimum, 60.0, 1.2).converged
 
 
 def test_amplitudes_whose_columns_are_alike_and_large_are_known_as_well_as_they_are() -> None:

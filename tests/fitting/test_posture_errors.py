@@ -37,7 +37,7 @@ def example() -> tuple[Model, Motion, Prepared]:
     return model, motion, prepare(model, motion, step=0.01)
 
 
-def found(*errors: PostureError) -> PostureErrors:
+def errors_about_example(*errors: PostureError) -> PostureErrors:
     model, motion, prepared = example()
     return PostureErrors(Parts(model, motion), prepared, errors)
 
@@ -47,7 +47,7 @@ def found(*errors: PostureError) -> PostureErrors:
 def test_a_foot_moves_as_its_kind_says(kind: str, sigma: float, side: int) -> None:
     _, _, prepared = example()
     error = PostureError(kind, side, -1, sigma)
-    errors = found(error)
+    errors = errors_about_example(error)
     moved = errors.change(error)(prepared, 1.0)
     frame = prepared.foot_rotation[:, side]
     turn = np.swapaxes(frame, 1, 2) @ (moved.foot_rotation[:, side] - frame)
@@ -68,7 +68,7 @@ def test_a_foot_moves_as_its_kind_says(kind: str, sigma: float, side: int) -> No
             assert np.abs(along).max() < 0.003  # held to 1 cm, so that the hinges of an edged ski's leg may give way
         else:
             # Angles cost (θ/5°)², a place that is missed (miss/1 cm)²: where their sum is least, the share x that is
-            # reached obeys x (1 − x) = Σ (θ/5°)².  0.01 is what places across and turns cost beside them.
+            # reached obeys x (1 − x) = Σ (θ/5°)².  0.01 is what places across and turns cost in addition.
             cost = np.sum((errors.direction(error) / (5.0 * ONE)) ** 2, axis=1)
             reached = along / sigma
             np.testing.assert_allclose(reached * (1.0 - reached), cost, atol=0.01)
@@ -83,7 +83,7 @@ def test_a_foot_moves_as_its_kind_says(kind: str, sigma: float, side: int) -> No
 def test_its_tables_are_those_of_the_corrected_motion(kind: str, support: int) -> None:
     model, motion, prepared = example()
     error = PostureError(kind, -1 if kind.startswith("trunk") else 1, support, 0.005 if kind == "height" else ONE)
-    errors = found(error)
+    errors = errors_about_example(error)
     both = []
     for size in (0.1, -0.1):
         posture = grown(None, prepared.time, size * errors.direction(error))
@@ -111,7 +111,7 @@ def test_errors_that_wander_follow_any_slow_course() -> None:
     _, _, prepared = example()
     count = supports(float(prepared.time[0]), float(prepared.time[-1]))
     errors = [PostureError("trunk_sideways", -1, i, 1.0) for i in range(count)]
-    shapes = np.stack([found(*errors).profile(error, prepared.time) for error in errors], axis=1)
+    shapes = np.stack([errors_about_example(*errors).profile(error, prepared.time) for error in errors], axis=1)
     course = np.sin(2.0 * np.pi * prepared.time / 6.0)
     best = shapes @ np.linalg.lstsq(shapes, course, rcond=None)[0]
     # Cubic splines of spacing h on a wave of length L: (2πh/L)⁴/384 ~ 0.02 at the ends, less within.

@@ -46,7 +46,7 @@ def on_a_roll(tmp_path: Path) -> Path:
     shutil.copytree(EXAMPLE, folder)
     table = pd.read_csv(folder / "gps.csv")
     names = {name.partition("_")[0]: name for name in table.columns}
-    latitude, longitude, altitude = (table[names[each]].to_numpy() for each in ("latitude", "longitude", "altitude"))
+    latitude, longitude, altitude = (table[names[name]].to_numpy() for name in ("latitude", "longitude", "altitude"))
     east, north, _ = pymap3d.geodetic2enu(latitude, longitude, altitude, latitude[0], longitude[0], altitude[0])
     table[names["altitude"]] = altitude + roll(east, north)
     table.to_csv(folder / "gps.csv", index=False)
@@ -88,11 +88,11 @@ def test_the_fixes_heights_show_the_snow(on_a_roll: Path) -> None:
     flat = on_snow_surface(parts(EXAMPLE)[2], *parts(EXAMPLE)[:2]).surface
     assert flat is not None
     heights = snow_heights(recording.gps, motion, model)  # type: ignore[arg-type]
-    found = surface.at(heights.places)[:, 0] - flat.at(heights.places)[:, 0]
+    rolling = surface.at(heights.places)[:, 0] - flat.at(heights.places)[:, 0]
     enu = recording.gps.enu[(recording.gps.time >= motion.start) & (recording.gps.time <= motion.stop)]  # type: ignore[union-attr]
     true = roll(enu[:, 0], enu[:, 1]) * np.cos(model.inclination)
     # fixes are sure to 3 cm; the surface is the antenna's roll set off by up to 0.5 m, which is 5 cm of a slope of 0.1
-    assert np.std(found - true) < 0.06
+    assert np.std(rolling - true) < 0.06
     assert np.std(true) > 0.2
 
 
@@ -102,9 +102,9 @@ def test_a_barometers_heights_count_with_coarse_fixes(on_a_roll: Path) -> None:
     coarse = replace(recording.gps, sigma=np.full(len(recording.gps.time), 5.0))
     spread = []
     for gps in (coarse, replace(coarse, barometric=True)):
-        found = snow_surface(model, replace(recording, gps=gps), motion)
-        assert found is not None
-        spread.append(float(np.std(found[0].at(found[1].places)[:, 0])))
+        estimate = snow_surface(model, replace(recording, gps=gps), motion)
+        assert estimate is not None
+        spread.append(float(np.std(estimate[0].at(estimate[1].places)[:, 0])))
     # the snow rolls by 0.25 m, root mean square; under fixes of 5 m nothing of that is to be seen, and a barometer that
     # wanders by 0.2 m in a second shows about half of waves that take 3 s
     assert spread[0] < 0.05
@@ -117,11 +117,11 @@ def test_heights_may_be_poorer_than_places(on_a_roll: Path) -> None:
     recording, motion, model = parts(on_a_roll)
     assert recording.gps is not None
     assert np.median(recording.gps.sigma) == pytest.approx(0.02)
-    found = snow_surface(model, recording, motion)
-    assert found is not None
-    assert np.median(found[1].sigma) == pytest.approx(5.0 * 1.4 / 1.5)  # as declared of a height
+    estimate = snow_surface(model, recording, motion)
+    assert estimate is not None
+    assert np.median(estimate[1].sigma) == pytest.approx(5.0 * 1.4 / 1.5)  # as declared of a height
     # the snow rolls by 0.25 m, root mean square: heights that are off by 5 m show nothing of it
-    assert np.std(found[0].at(found[1].places)[:, 0]) < 0.05
+    assert np.std(estimate[0].at(estimate[1].places)[:, 0]) < 0.05
     heights = measurements_of(recording, model, motion.start, motion.stop).usual.height
     assert heights.sigma == pytest.approx(5.0 * 1.4 / 1.5)
 
@@ -149,7 +149,7 @@ def test_an_elevation_model_stands_in_for_the_heights(tmp_path: Path) -> None:
     assert recording.elevations.sigma == 0.5
     surface = on_snow_surface(model, recording, motion).surface
     assert surface is not None
-    # far from the way it is the elevation model's, on it the fixes', which know of no roll
+    # far from the path it is the elevation model's, on it the fixes', which know of no roll
     heights = snow_heights(recording.gps, motion, model)  # type: ignore[arg-type]
     assert np.std(surface.at(heights.places)[:, 0]) < 0.1
     assert np.std(surface.mean) > 0.15
@@ -230,7 +230,7 @@ def two_runs(tmp_path: Path) -> Path:
     across = slope_to_enu(np.radians(INCLINATION_DEG), np.radians(AZIMUTH_DEG))[:, 1] * BESIDE
     for name, moved, lift in (("first", np.zeros(3), 0.0), ("second", across, 30.0)):
         columns = motion()[1]
-        east, north, up = pymap3d.geodetic2enu(*(columns[each] for each in tuple(columns)[1:]), *ORIGIN)
+        east, north, up = pymap3d.geodetic2enu(*(columns[name] for name in tuple(columns)[1:]), *ORIGIN)
         east, north = east + moved[0], north + moved[1]
         places = pymap3d.enu2geodetic(east, north, up + roll(east, north) + lift, *ORIGIN)
         toml = TOML + ('\n[terrain]\nruns = ["../second"]\n' if name == "first" else "")
@@ -242,28 +242,28 @@ def test_runs_of_one_slope_share_its_surface(two_runs: Path) -> None:
     recording, motion, model = parts(two_runs)
     assert recording.gps is not None
     along = snow_heights(recording.gps, motion, model).places
-    beside = along + [0.0, BESIDE]
+    aside = along + [0.0, BESIDE]
     errors = []
     for runs in ((), recording.runs):
-        found = snow_surface(model, replace(recording, runs=runs), motion)
-        assert found is not None
-        for places in (along, beside):
+        estimate = snow_surface(model, replace(recording, runs=runs), motion)
+        assert estimate is not None
+        for places in (along, aside):
             enu = np.column_stack([places, np.zeros(len(places))])
             enu = enu @ slope_to_enu(model.inclination, model.fall_line_azimuth).T
             # the antenna rises and falls with the snow below it: it is 0.3 m down the slope of the snow under the skis
             true = roll(enu[:, 0], enu[:, 1]) * np.cos(model.inclination)
-            errors.append(float(np.std(found[0].at(places)[:, 0] - true)))
-    alone, alone_beside, shared, shared_beside = errors
+            errors.append(float(np.std(estimate[0].at(places)[:, 0] - true)))
+    alone, alone_aside, shared, shared_aside = errors
     assert alone < 0.06  # fixes are sure to 3 cm, the rest is the 0.3 m
     assert shared < 0.06
-    # 7 m beside its way a run knows little of waves of 30 m; a run that went there knows them as well as its own
-    assert alone_beside > 0.15
-    assert shared_beside < 0.06
+    # 7 m aside of its path a run knows little of waves of 30 m; a run that went there knows them as well as its own
+    assert alone_aside > 0.15
+    assert shared_aside < 0.06
     process = surface_process(model, recording, motion)
     assert process is not None
     assert process.smooth.shape == (len(process.places), len(process.measured))
     # what the model's terms make of the snow, nothing here, leaves the heights' surface as it is
-    again = process.beside(model).at(along)[:, 0]
+    again = process.without_terms_of(model).at(along)[:, 0]
     np.testing.assert_allclose(again, process.surface.at(along)[:, 0], atol=1e-12)
 
 
@@ -282,36 +282,36 @@ def test_a_slope_of_two_runs_and_an_elevation_model(two_runs: Path) -> None:
     lines = '[terrain]\nfile = "dem.tif"\ndatum = "other"\nsigma_m = 0.5'
     toml.write_text(toml.read_text(encoding="utf-8").replace("[terrain]", lines), encoding="utf-8")
     recording, motion, model = parts(two_runs)
-    found = snow_surface(model, recording, motion)
-    assert found is not None
-    along = found[1].places
+    estimate = snow_surface(model, recording, motion)
+    assert estimate is not None
+    along = estimate[1].places
     without = snow_surface(*(model, replace(recording, elevations=None), motion))
     assert without is not None
     # where both runs went, the elevation model, which is right, says what they say
     for places in (along, along + [0.0, BESIDE]):
-        apart = found[0].at(places)[:, 0] - without[0].at(places)[:, 0]
+        apart = estimate[0].at(places)[:, 0] - without[0].at(places)[:, 0]
         assert np.std(apart) < 0.05
 
 
 def test_the_process_holds_the_surface_that_the_heights_show(on_a_roll: Path) -> None:
-    """Mean and modes together are the estimate, and stay it beside what a term makes of the snow."""
+    """Mean and modes together are the estimate, and stay it next to what a term makes of the snow."""
     recording, motion, model = parts(on_a_roll)
     surface = on_snow_surface(model, recording, motion).surface
     process = surface_process(model, recording, motion)
     assert surface is not None
     assert process is not None
-    way = process.places
+    path = process.places
 
-    def along(each: Surface) -> Array:
-        return each.at(way)[:, 0] - each.at(way)[0, 0]
+    def along(surface: Surface) -> Array:
+        return surface.at(path)[:, 0] - surface.at(path)[0, 0]
 
     np.testing.assert_allclose(along(process.surface), along(surface), atol=1e-9)  # the same numbers, rearranged
     held = process.at(replace(surface, mean=surface.mean + 0.1 * surface.deviation))
     expected = replace(surface, mean=surface.mean + 0.1 * surface.deviation)
     np.testing.assert_allclose(along(held.surface), along(expected), atol=1e-9)
-    steeper = replace(model, terms=(*model.terms, SlopeChange(0.02, float(way[len(way) // 2, 0]), 5.0)))
-    rest = process.beside(steeper)
-    whole = along(rest) + steeper.snow(way)[0]
+    steeper = replace(model, terms=(*model.terms, SlopeChange(0.02, float(path[len(path) // 2, 0]), 5.0)))
+    rest = process.without_terms_of(steeper)
+    whole = along(rest) + steeper.snow(path)[0]
     # what the term raises the surface gives back, but for the corner: the heights are seen through noise of 3 cm
     assert np.max(np.abs(whole - along(process.surface))) < 0.03
     assert np.max(np.abs(along(rest) - along(process.surface))) > 0.15
@@ -330,6 +330,8 @@ def test_the_process_is_held_where_a_surface_over_other_nodes_is(on_a_roll: Path
     corner = (process.surface.origin[0] + process.surface.spacing - 0.3, process.surface.origin[1] + 0.2)
     empty = replace(surface, origin=corner, mean=inner, deviation=inner, modes=inner[None][:0], amounts=())
     other = replace(empty, mean=surface.at(empty.nodes())[:, 0].reshape(inner.shape))
-    found, expected = (process.at(each).surface.at(process.places)[:, 0] for each in (other, surface))
+    shifted, expected = (
+        process.at(other_surface).surface.at(process.places)[:, 0] for other_surface in (other, surface)
+    )
     # a roll over 5 m between nodes 2 m apart, met by the spline of the shifted ones
-    np.testing.assert_allclose(found, expected, atol=2e-3)
+    np.testing.assert_allclose(shifted, expected, atol=2e-3)

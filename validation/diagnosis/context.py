@@ -91,12 +91,12 @@ class DiagnosisProblem:
         return posture_errors(self.about, self.motion.start, self.motion.stop, self.motion.foot_sigma)
 
     def place(self, model: Model) -> tuple[Model, Array]:
-        """Return the model on the surface that the heights show beside what its own terms make of the snow, and the
+        """Return the model on the surface that the heights show apart from what its own terms make of the snow, and the
         amounts (s,) of the surface's modes.
         """
         if self.ground is None:
             return model, np.zeros(0)
-        surface = self.ground.beside(model)
+        surface = self.ground.without_terms_of(model)
         return replace(model, surface=surface), np.array(surface.amounts)
 
     def stamped_by(self, model: Model) -> Measurements:
@@ -133,8 +133,8 @@ def diagnosis_problem(
         raise ValueError("the recording has no GPS")
     fitting = problem_of(recording, motion, on_snow_surface(model, recording, motion), "joint")
     model = fitting.model
-    beside = {name: prior for name, prior in fitting.priors.items() if name.part != "surface"}
-    priors = {**FREE, **started_anywhere(beside)}
+    known = {name: prior for name, prior in fitting.priors.items() if name.part != "surface"}
+    priors = {**FREE, **started_anywhere(known)}
     measurements = measurements_of(recording, model, motion.start, motion.stop)
     return DiagnosisProblem(
         recording=recording,
@@ -158,7 +158,7 @@ def diagnosis_problem(
 
 @dataclass(frozen=True)
 class Nuisances:
-    """What may vary beside a fit's parameters, linearised about a run.
+    """What may vary in addition to a fit's parameters, linearised about a run.
 
     free : instruments and skier;  posture : (N, c) errors of the posture;  surface : (N, s) modes of the snow, the
         plane's tilt first; each for a usual one
