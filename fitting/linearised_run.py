@@ -51,7 +51,7 @@ class Setting:
         return tuple(unknown.name for unknown in self.unknowns)
 
     def at(self, model: Model, values: Array) -> Model:
-        """Return the model with θ at ``values`` (k,)."""
+        """The model with θ at ``values`` (k,)."""
         pairs = zip(self.unknowns, values.tolist(), strict=True)
         return model.with_values({name: value for unknown, value in pairs for name in unknown.names})
 

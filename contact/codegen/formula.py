@@ -124,7 +124,7 @@ def _nodes(tape: Tape, name: str, annotation: str) -> Any:
 
 
 def _columns(tape: Tape, outputs: Sequence[Operand], variables: Sequence[Node]) -> list[list[Operand]]:
-    """Return ∂outputs/∂variable for each variable: forwards or backwards, whichever takes fewer sweeps."""
+    """∂outputs/∂variable for each variable: forwards or backwards, whichever takes fewer sweeps."""
     if len(outputs) < len(variables):
         return [list(column) for column in zip(*(tape.gradient(x, variables) for x in outputs), strict=True)]
     return [tape.derivatives(outputs, x) for x in variables]

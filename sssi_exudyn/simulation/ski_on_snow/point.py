@@ -108,7 +108,7 @@ def ski_axes(math: Math, normal: Vector, rotation: Rotation, turn: Vector = STIL
 def foot_on_snow(
     math: Math, velocity: Vector, h_f: Number, h_l: Number, rotation: Rotation, turn: Vector = STILL
 ) -> Vector:
-    """Return the velocity of a foot along and across its ski (m/s) and the edge angle (rad)."""
+    """Velocity of a foot along and across its ski (m/s) and the edge angle (rad)."""
     along, across, edge = ski_axes(math, snow_normal(math, h_f, h_l), rotation, turn)
     return dot(velocity, along), dot(velocity, across), edge
 
@@ -131,7 +131,7 @@ def foot_on_sole(
     math: Math, load: Number, f_t: Number, f_n: Number, h_f: Number, h_l: Number, rotation: Rotation,
     turn: Vector = STILL,
 ) -> tuple[Vector, Number]:  # fmt: skip
-    """Return the same by the slopes of the snow under the foot."""
+    """The same by the slopes of the snow under the foot."""
     normal = snow_normal(math, h_f, h_l)
     along, across, _ = ski_axes(math, normal, rotation, turn)
     return foot_forces(math, load, f_t, f_n, normal, along, across, rotation, turn)  # type: ignore[no-any-return]
