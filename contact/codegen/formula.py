@@ -78,7 +78,7 @@ class Formula:
         columns = _columns(tape, outputs, [x for name in self.by for x in nodes[name].flat])
         fixed = {name: np.asarray(a.default) for name, a in arguments.items() if a.default is not a.empty}
         values = {x: float(c) for name, c in fixed.items() for x, c in zip(nodes[name].flat, c.flat, strict=True)}
-        outputs, *columns = (tape.substituted(each, values) for each in (outputs, *columns))
+        outputs, *columns = (tape.substituted(nodes_of_column, values) for nodes_of_column in (outputs, *columns))
         given = ", ".join(name for name in arguments if name not in fixed)
 
         lines, names = source_lines(tape, outputs, prefix="x")

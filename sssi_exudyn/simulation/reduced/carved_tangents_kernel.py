@@ -154,8 +154,8 @@ def axes_turn(normal, frame, dn):
     change = plus(times(-dn[0], normal), times(-normal[0], dn))
     change = times(1.0 / np.sqrt(dot(flat, flat)), plus(change, times(-dot(first, change), first)))
     second = cross(normal, first)
-    beside = plus(cross(dn, first), cross(normal, change))
-    return times(0.5, plus(cross(first, change), plus(cross(second, beside), cross(normal, dn))))
+    second_change = plus(cross(dn, first), cross(normal, change))
+    return times(0.5, plus(cross(first, change), plus(cross(second, second_change), cross(normal, dn))))
 
 
 @njit(cache=True, error_model="numpy")

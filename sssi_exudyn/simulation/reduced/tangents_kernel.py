@@ -257,20 +257,20 @@ def add_tilt(matrix, work, count):
 @inlined
 def add_laws(matrix, work, parameters, columns, count):
     """Add what the parameters of the laws at points change of the forces."""
-    touching, reach, pull, found = work.touching, work.reach, work.pulls[0], work.by_parameter
+    touching, reach, pull, by_parameter = work.touching, work.reach, work.pulls[0], work.by_parameter
     fixed, rows = work.slopes.shape[1], MODAL + reach.shape[1] + LOAD + 1
     pull[rows - 1] = 1.0
     for i in range(count):
         fill_pull(pull, 1.0, three_of(touching, i, NORMAL), three_of(touching, i, ARM), reach, i)
         depth, sinking, length = three_of(touching, i, STATE)
-        point_linearisation(parameters, depth, sinking, length, work.by_state, found)
+        point_linearisation(parameters, depth, sinking, length, work.by_state, by_parameter)
         row_of_values = -1
         for column in columns.point:
             if columns.row[column] != row_of_values:
                 row_of_values = columns.row[column]
                 others = with_values(parameters, columns.values[row_of_values])
-                point_linearisation(others, depth, sinking, length, work.by_state, found)
-            slope = found[0, columns.index[column]]
+                point_linearisation(others, depth, sinking, length, work.by_state, by_parameter)
+            slope = by_parameter[0, columns.index[column]]
             for row in range(rows):
                 matrix[row, fixed + column] += pull[row] * slope
 
@@ -278,21 +278,23 @@ def add_laws(matrix, work, parameters, columns, count):
 @inlined
 def add_ground(matrix, work, parameters, columns, at, patched, count):
     """Add what the parameters of the terrain and the numbers of the patch under the ski change of the forces."""
-    touching, pulls, found = work.touching, work.pulls, work.by_parameter
+    touching, pulls, by_parameter = work.touching, work.pulls, work.by_parameter
     fixed, patch = work.slopes.shape[1], matrix.shape[1] - PATCH
     for i in range(count):
         fill_ground_pulls(pulls, touching, work.point, work.reach, i)
         x, y = touching[i, ARM], touching[i, ARM + 1]
         if columns.terrain.shape[0] > 0:
-            terrain_linearisation(parameters, at[0] + x, at[1] + y, work.by_state, found)
+            terrain_linearisation(parameters, at[0] + x, at[1] + y, work.by_state, by_parameter)
         row_of_values = -1
         for column in columns.terrain:
             if columns.row[column] != row_of_values:
                 row_of_values = columns.row[column]
                 others = with_values(parameters, columns.values[row_of_values])
-                terrain_linearisation(others, at[0] + x, at[1] + y, work.by_state, found)
+                terrain_linearisation(others, at[0] + x, at[1] + y, work.by_state, by_parameter)
             p = columns.index[column]
-            add_ground_change(matrix, fixed + column, (found[0, p], found[1, p], found[2, p]), pulls)
+            add_ground_change(
+                matrix, fixed + column, (by_parameter[0, p], by_parameter[1, p], by_parameter[2, p]), pulls
+            )
         if patched:
             for number in range(PATCH):
                 add_ground_change(matrix, patch + number, on_change(ONES[number], x, y), pulls)
@@ -529,18 +531,18 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
         step, x, v = time_step(n, motion.step), three(state.place, 0), three(state.velocity, 0)
         predict(motion, inputs, state, n, step, begun, tangent)
         for ski in range(2):
-            foot, found = foot_at(motion, n, ski, x, v), tangent.skis[ski]
+            foot, linear = foot_at(motion, n, ski, x, v), tangent.skis[ski]
             linearise_ski(
                 parameters, contact, inputs.columns, motion.time[n], foot, state.eta[ski], state.rate[ski],
-                1.0 - 2.0 * ski, work, found,
+                1.0 - 2.0 * ski, work, linear,
             )  # fmt: skip
             for row in range(3):
-                for column in range(found.shape[1]):
-                    found[row, column] += found[MODAL + modes + FRICTION + row, column]
+                for column in range(linear.shape[1]):
+                    linear[row, column] += linear[MODAL + modes + FRICTION + row, column]
             swing_tangents(contact, motion, inputs, state, n, ski, step, begun, tangent)
             collect_inputs(tangent.inputs, tangent.place, tangent.rate, inputs.feet[n, ski], ski, modes, begun)
             collect_patch(tangent.inputs, inputs, contact.surface, foot[0][0], foot[0][1])
-            add_ski(found, ski, step, begun, tangent)
+            add_ski(linear, ski, step, begun, tangent)
         linearise_air(
             parameters, motion, inputs, n, x, v, step.by_place, step.by_rate, tangent.place, tangent.rate, begun,
             work.by_state, work.by_parameter, work.by_parameter, tangent.matrix, tangent.right,
@@ -609,17 +611,17 @@ def swing_tangents(contact, motion, inputs, state, n, ski, step, begun, tangent)
 
 
 @inlined
-def add_ski(found, ski, step, begun, tangent):
+def add_ski(linear, ski, step, begun, tangent):
     """Add a ski's linearised forces to the equations of the pelvis and of its modes."""
     modes = (tangent.matrix.shape[0] - 3) // 2
     for row in range(MODAL + modes):
         i = row if row < 3 else 3 + ski * modes + row - MODAL
-        add_row(tangent.right[i], found[row], tangent.inputs, tangent.first, tangent.last, begun)
+        add_row(tangent.right[i], linear[row], tangent.inputs, tangent.first, tangent.last, begun)
         for c in range(3):
-            tangent.matrix[i, c] -= step.by_place * found[row, PLACE + c] + step.by_rate * found[row, VELOCITY + c]
+            tangent.matrix[i, c] -= step.by_place * linear[row, PLACE + c] + step.by_rate * linear[row, VELOCITY + c]
         for j in range(modes):
             tangent.matrix[i, 3 + ski * modes + j] -= (
-                step.by_place * found[row, MODES + j] + step.by_rate * found[row, MODES + modes + j]
+                step.by_place * linear[row, MODES + j] + step.by_rate * linear[row, MODES + modes + j]
             )
 
 
@@ -639,13 +641,13 @@ def correct(n, step, begun, tangent, series):
 
 
 @inlined
-def fill_series(found, n, ski, modes, begun, tangent, series):
+def fill_series(linear, n, ski, modes, begun, tangent, series):
     """Fill the series of one ski at an instant from its linearised forces."""
     z, first, last, further = tangent.inputs, tangent.first, tangent.last, MODAL + modes
-    add_row(series.loads[n, ski], found[further + LOAD], z, first, last, begun)
-    add_row(series.sole[n, ski], found[further + SOLE], z, first, last, begun)
-    add_row(series.edges[n, ski], found[further + EDGE], z, first, last, begun)
+    add_row(series.loads[n, ski], linear[further + LOAD], z, first, last, begun)
+    add_row(series.sole[n, ski], linear[further + SOLE], z, first, last, begun)
+    add_row(series.edges[n, ski], linear[further + EDGE], z, first, last, begun)
     for c in range(3):
-        add_row(series.friction[n, ski, c], found[further + FRICTION + c], z, first, last, begun)
-        add_row(series.force[n, ski, c], found[c], z, first, last, begun)
-        add_row(series.moment[n, ski, c], found[further + MOMENT + c], z, first, last, begun)
+        add_row(series.friction[n, ski, c], linear[further + FRICTION + c], z, first, last, begun)
+        add_row(series.force[n, ski, c], linear[c], z, first, last, begun)
+        add_row(series.moment[n, ski, c], linear[further + MOMENT + c], z, first, last, begun)
