@@ -16,11 +16,9 @@ from numpy.typing import NDArray
 
 from sssi_exudyn.bodies.muscles.bones import Bones, Stance, stand
 from sssi_exudyn.bodies.muscles.curves import Curve
-from sssi_exudyn.bodies.muscles.path_kernel import follow
+from sssi_exudyn.bodies.muscles.path_kernel import Points, Surfaces, Wraps, follow
 from sssi_exudyn.bodies.muscles.wrapping import CYLINDER, ELLIPSOID
 from sssi_exudyn.core.frames import Array
-
-Whole = NDArray[np.int64]
 
 _EDGE: Final = 1e-5
 """rad by which a conditional point's range is widened, as in OpenSim."""
@@ -157,9 +155,10 @@ def _paths(
             coordinate, low, high = point.condition
             active[:, p] = (q[:, index[coordinate]] >= low - _EDGE) & (q[:, index[coordinate]] <= high + _EDGE)
     muscle_of = np.repeat(np.arange(len(model.muscles)), [len(muscle.points) for muscle in model.muscles])
-    arrays = (stance.points(bone, place), active, bone, *_lists(model), *_surfaces(model, stance))
+    first, wraps = _lists(model)
     # in one order in memory: the kernel would be compiled again for every other one
-    length, pulls, wrench = follow(*map(np.ascontiguousarray, arrays), len(tree.bones))
+    followed = Points(*map(np.ascontiguousarray, (stance.points(bone, place), active, bone, first)))
+    length, pulls, wrench = follow(followed, wraps, _surfaces(model, stance), len(tree.bones))
     twist = np.concatenate([stance.moving, stance.turning], axis=-1)  # (n, b, c, 6)
     twist = np.moveaxis(twist, 2, 3).reshape(len(q), -1, len(tree.coordinates))
     slope_of = wrench.reshape(*length.shape, -1) @ twist
@@ -172,21 +171,21 @@ def _paths(
     return length, -slope_of, np.empty((*length.shape, 0, 3)) if pull is None else pull
 
 
-def _lists(model: MuscleModel) -> tuple[Whole, ...]:
-    """Return where each muscle's points begin, all wraps, and where each muscle's wraps begin."""
+def _lists(model: MuscleModel) -> tuple[NDArray[np.int64], Wraps]:
+    """Return where each muscle's points begin, and all wraps."""
     number = {surface.name: i for i, surface in enumerate(model.surfaces)}
     first = np.cumsum([0, *(len(muscle.points) for muscle in model.muscles)], dtype=np.int64)
     wraps = [(number[wrap.surface], wrap.first, wrap.last) for muscle in model.muscles for wrap in muscle.wraps]
     wrap_first = np.cumsum([0, *(len(muscle.wraps) for muscle in model.muscles)], dtype=np.int64)
-    return first, np.array(wraps, dtype=np.int64).reshape(-1, 3), wrap_first
+    return first, Wraps(np.array(wraps, dtype=np.int64).reshape(-1, 3), wrap_first)
 
 
-def _surfaces(model: MuscleModel, stance: Stance) -> tuple[Array | Whole, ...]:
-    """Return kind, size, axis, sign, bone, frames and centres of the surfaces."""
+def _surfaces(model: MuscleModel, stance: Stance) -> Surfaces:
+    """Return the surfaces as the kernel takes them."""
     surfaces = model.surfaces
     bone = np.array([model.bones.index(surface.bone) for surface in surfaces], dtype=np.int64)
     attitude = np.array([surface.attitude for surface in surfaces]).reshape(-1, 3, 3)
-    return (
+    arrays = (
         np.array([CYLINDER if surface.kind == "cylinder" else ELLIPSOID for surface in surfaces], dtype=np.int64),
         np.array([surface.size for surface in surfaces]).reshape(-1, 3),
         np.array([surface.axis for surface in surfaces], dtype=np.int64),
@@ -195,3 +194,4 @@ def _surfaces(model: MuscleModel, stance: Stance) -> tuple[Array | Whole, ...]:
         stance.rotation[:, bone] @ attitude,
         stance.points(bone, np.array([surface.place for surface in surfaces]).reshape(-1, 3)),
     )
+    return Surfaces(*map(np.ascontiguousarray, arrays))
