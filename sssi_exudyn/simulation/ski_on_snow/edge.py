@@ -219,8 +219,10 @@ def axes_on_plane(tangent):
 
 @njit(cache=True, error_model="numpy")
 def bend_station(ski, pose, i):
-    """Return which edge of a station is the deeper one (0 left, 1 right), the places of this edge and of the other
-    about the foot (m), the deeper one's tangent (not of unit length), and its velocity by the modes (m/s), on the snow.
+    """Return which edge of a station is the deeper one (0 left, 1 right), and where it and the other are on the snow.
+
+    Places are about the foot (m).  The deeper edge's tangent (not of unit length) and its velocity by the modes (m/s)
+    follow.
     """
     frame, eta = pose.frame, pose.eta
     left = bent_vector(frame, three(ski.points[i, 0], 0), ski.shape, eta, i, 0)

@@ -31,9 +31,10 @@ def folds_of(measurements: Measurements, edge_changes: Array) -> list[tuple[floa
 def held_out_errors(
     linear: LinearModel, levels: NoiseLevels, folds: list[tuple[float, float]], more: Array | None = None
 ) -> Array:
-    """Return (fixes, c) horizontal errors (m) at the fixes of each fold, predicted from everything outside of it, by
-    each of c models that have one number more, whose response is a column of ``more`` (N, c) and whose usual size is
-    one; without ``more`` by the one model that has none.
+    """Return (fixes, c) horizontal errors (m) at the fixes of each fold, predicted from everything outside of it.
+
+    more : (N, c) the responses of c models with one number more, whose usual size is one; without it, one model
+        without such a number
 
     What is uncertain is estimated from outside, too: parameters, instruments, posture and snow surface.
     """

@@ -5,8 +5,8 @@
 u is the force at the centre of mass, along and across the skis and normal to the snow, in cells of time; K says that it
 is of some size and keeps its direction for some time, those of a few under which the measurements are most probable; a
 is everything else that may vary (see ``evidence``).  How probable they are with some force against none is one number,
-the Bayes factor with u integrated out, averaged over sizes and times, and over forces in all three directions and in
-one alone: friction and drag act along, a change of load normal.  What stands out is compared with what the same
+the Bayes factor with u integrated out.  It is averaged over sizes and times, and over forces in all three directions
+and in one alone: friction and drag act along, a change of load normal.  What stands out is compared with what the same
 smoothing makes of noise alone, with the false discovery rate held over all cells.
 
 Were the force the snow's, it would act on the feet, and each sole would carry its part: insoles distinguish the feet by
@@ -228,8 +228,9 @@ def placebos(fitted: FittedRun, responses: Array) -> Array:
 
 
 def latent_covariance(middles: Array, size: float, time: float) -> Array:
-    """Return (3·c, 3·c) N² of a missing force of a ``size`` (N) that keeps its direction for a ``time`` (s), in its
-    three directions in cells about ``middles`` (c,) s, before the data speak.
+    """Return the prior covariance (3·c, 3·c) N² of a missing force, in its three directions in c cells.
+
+    middles : (c,) s of the cells;  size, time : N, and s for which the force keeps its direction
     """
     apart = np.abs(middles[:, None] - middles[None, :])
     return np.asarray(np.kron(np.eye(3), size**2 * np.exp(-apart / time)))

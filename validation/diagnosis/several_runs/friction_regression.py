@@ -1,8 +1,8 @@
 """A law of friction that is in no list, found from several runs of a day.
 
 Friction along the ski may change with a sum of products of speed, edge angle, load, slip and place
-(``FrictionLaw``).  Every sum of at most three of them is compared by the evidence of all runs, its coefficients, the
-friction that all share, and all that is uncertain of each run integrated out: posture, instruments, snow surface,
+(``FrictionLaw``).  Every sum of at most three of them is compared by the evidence of all runs.  Its coefficients, the
+friction that all share, and all that is uncertain of each run are integrated out: posture, instruments, snow surface,
 start.  So an error of the posture, which moves edge angle and load, is in the comparison.  Few products are probable
 beforehand (a spike at zero, or a slab).  The best sum is fitted to all runs with the real term, as the laws of the list
 are, and competes with them.

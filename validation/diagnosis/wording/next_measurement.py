@@ -1,9 +1,9 @@
 """What to measure next: how probably another pass would distinguish two explanations between which a run cannot.
 
-Were the first of two explanations right, another pass would raise its log evidence above the other's by D²/2 ± D, where
-D² is what the two predict differently, in units of all that is uncertain.  Snow, slope and mountings of instruments are
-there again on another pass, a gust or a push is not: so what the two predict of it differs by the whole of an effect
-where one of them comes again and the other does not.
+Were the first of two explanations right, another pass would raise its log evidence above the other's by D²/2 ± D.  D²
+is what the two predict differently, in units of all that is uncertain.  Snow, slope and mountings of instruments are
+there again on another pass, a gust or a push is not.  So where one explanation comes again and the other does not,
+their predictions differ by the whole effect.
 """
 
 from __future__ import annotations

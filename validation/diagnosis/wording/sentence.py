@@ -76,8 +76,9 @@ def _clause(finding: Finding, model: Model, thresholds: Thresholds) -> str:
 
 
 def list_alternatives(name: str, others: Sequence[Alternative]) -> str:
-    """Return what else it may be than the hypothesis of that name, with probabilities, and the measurement that would
-    decide between it and the most probable other for which one is known.
+    """Return what else it may be than the hypothesis of that name, with probabilities.
+
+    Add the measurement that would distinguish it from the most probable other for which one is known.
     """
     listed = ", ".join(f"{other.name} ({other.probability:.0%})" for other in others)
     measurements = (distinguishing_measurement(name, other.name) for other in others)
