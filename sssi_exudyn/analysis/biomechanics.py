@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from sssi_exudyn.analysis.losses import loss_columns, losses
 from sssi_exudyn.analysis.turns import Turn, Turns, find_turns, radius
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.core.rotations import lowpass
@@ -130,15 +131,16 @@ class Biomechanics:
     table: pd.DataFrame
 
 
-def biomechanics(result: SimulationResult, skier_mass: float) -> Biomechanics:
+def biomechanics(result: SimulationResult, skier_mass: float, inclination: float) -> Biomechanics:
     """Compute all figures of a run by turn and phase.
 
     Parameters
     ----------
     skier_mass : kg without boots and skis; joint moments are per kg of it, forces per its weight, as in the paper
+    inclination : rad, of the slope
     """
     turns = find_turns(result.time, result.com)
-    skiing = technique(result)
+    skiing, lost = technique(result), losses(result, inclination)
     rows = []
     for number, turn in enumerate(turns.turns, 1):
         for phase, (begin, end) in {WHOLE: (turn.start, turn.end), **turn.phases}.items():
@@ -157,6 +159,7 @@ def biomechanics(result: SimulationResult, skier_mass: float) -> Biomechanics:
                 **_force_figures(skiing, within, turn, skier_mass),
                 **_joint_figures(result, within, turn, skier_mass),
                 **_work_figures(result, within),
+                **loss_columns(lost, within),
             }
             if phase == WHOLE:
                 row |= _shift_figures(result, skiing, turns, turn)
@@ -232,6 +235,10 @@ HEADLINES: Final = (
     "load_shift_s",
     "load_shift_percent",
     "hip_flexion_outside_max_deg",
+    "lateral_ratio_p90",
+    "effective_friction",
+    "energy_lost_J_per_kg_m",
+    "air_share_of_losses",
 )
 """Figures of the whole turn of which the summary gives mean and spread over complete turns."""
 

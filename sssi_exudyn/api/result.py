@@ -201,7 +201,10 @@ class Result:
 
     def _rows(self) -> list[tuple[str, str]]:
         summary = self.summary
-        rows = [("μ_t", _with_error(self.friction.mu_t)), ("μ_n", _with_error(self.friction.mu_n))]
+        rows = [
+            ("μ_t", _with_error(self.friction.mu_t)),
+            ("μ_n, largest lateral load ratio", _with_error(self.friction.mu_n)),
+        ]
         if summary.carving is not None:
             rows = [("μ, along the edges", _with_error(summary.carving.mu))]
         if summary.trajectory.mean_error_m is not None:

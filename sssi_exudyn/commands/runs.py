@@ -17,6 +17,7 @@ import pandas as pd
 
 from sssi_exudyn.analysis.biomechanics import biomechanics, label_turns, residual_moment, turn_figures
 from sssi_exudyn.analysis.boots import add_cuffs
+from sssi_exudyn.analysis.losses import loss_figures
 from sssi_exudyn.commands.expected import expected_seconds
 from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.contact.registry import check_together, combine_terms, is_carved, read_term
@@ -345,7 +346,7 @@ def write_outcome(
     """Put together all that a result's folder holds of a run, and write it into ``out`` if given."""
     result = result.shift(_height_of_track(recording, result))
     series = result.to_frame(slope_to_enu(model.inclination, model.fall_line_azimuth))
-    technique = biomechanics(result, model.skier.mass)
+    technique = biomechanics(result, model.skier.mass, model.inclination)
     series, boots = label_turns(series, technique.turns), None
     if recording.completed is None:  # ankles that are assumed tell nothing of boots
         series, boots = add_cuffs(series, result, model)
@@ -364,6 +365,12 @@ def write_outcome(
                 result.closure_percent, {name: float(work[-1] - work[0]) for name, work in result.energy.items()}
             ),
             "turns": turn_figures(technique),
+            "losses": loss_figures(
+                result,
+                technique.table,
+                model.inclination,
+                None if is_carved(model.terms) else model.value("friction.mu_n"),
+            ),
             "residual_moment": residual_moment(result),
             "provenance": provenance(recording.hashes, {**outcome.settings, **_plugins_of(model)}, seed=0),
             "capture": {"round_trip": round_trip_table(motion)},

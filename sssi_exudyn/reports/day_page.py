@@ -37,7 +37,7 @@ def sentence_of_day(
         return (
             f"In {runs} runs together friction along the ski follows a law that is in no list ({law.probability:.0%} "
             f"probable): {law.formula}; the nearest in the list is {law.best_named}; "
-            f"μ_n is {_around(law.numbers[MU_N])}."
+            f"μ_n, the largest lateral load ratio, is {_around(law.numbers[MU_N])}."
         )
     nothing = next(explanation for explanation in explanations if explanation.name == NOTHING_MISSING)
     best = nothing if nothing.probability > THRESHOLDS.stands_out else explanations[0]
@@ -55,7 +55,7 @@ def sentence_of_day(
         others.append(Alternative("a law in no list", unlisted))
     unsure = named and probability < THRESHOLDS.sure and others
     alternatives = f"; {list_alternatives(best.name, others)}" if unsure else ""
-    friction = f"μ_t is {_around(numbers['mu_t'])} and μ_n {_around(numbers['mu_n'])}"
+    friction = f"μ_t is {_around(numbers['mu_t'])} and μ_n, the largest lateral load ratio, {_around(numbers['mu_n'])}"
     return f"In {runs} runs together {what} ({probability:.0%} probable{alternatives}); {friction}."
 
 

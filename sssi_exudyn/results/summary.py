@@ -2,6 +2,7 @@
 
 The groups ``posture``, ``diagnosis`` and ``muscles`` are in the file once the command that makes them was run.  The
 group ``surface`` is there where the snow is not plane, ``uncertainty`` where all uncertain quantities were estimated.
+``losses`` is in the results of this version and later ones.
 Where edges cut the snow, ``carving`` is there and ``friction`` is null.
 """
 
@@ -14,13 +15,14 @@ from typing import Any, Final
 
 from sssi_exudyn.analysis.biomechanics import ResidualMoment, TurnFigures
 from sssi_exudyn.analysis.boots import BootFigures
+from sssi_exudyn.analysis.losses import LossFigures
 from sssi_exudyn.core.choices import HeadingMode
 from sssi_exudyn.io.typed import convert
 from sssi_exudyn.io.writing import to_plain
 from sssi_exudyn.terrain.profile import SurfaceFigures
 
 FORMAT: Final = 1
-_ON_REQUEST: Final = ("posture", "diagnosis", "muscles", "surface", "uncertainty", "carving", "boots")
+_ON_REQUEST: Final = ("posture", "diagnosis", "muscles", "surface", "uncertainty", "carving", "boots", "losses")
 """Groups that only some results have."""
 
 
@@ -34,7 +36,10 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Friction:
-    """Friction coefficients along (``mu_t``) and across (``mu_n``) the ski."""
+    """Friction coefficients along (``mu_t``) and across (``mu_n``) the ski.
+
+    ``mu_n`` is the skier's largest lateral load ratio, not the snow's: what turns need is in ``LossFigures``.
+    """
 
     mu_t: Estimate = Estimate()
     mu_n: Estimate = Estimate()
@@ -390,6 +395,7 @@ class Summary:
     uncertainty: UncertaintyFigures | None = None
     carving: CarvingFigures | None = None
     boots: BootFigures | None = None
+    losses: LossFigures | None = None
 
     def __repr__(self) -> str:
         mu_t, mu_n = self.friction.mu_t.value, self.friction.mu_n.value

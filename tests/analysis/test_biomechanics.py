@@ -102,7 +102,7 @@ def run() -> SimulationResult:
 
 @pytest.fixture(scope="module")
 def turn_by_turn(run: SimulationResult) -> Biomechanics:
-    return biomechanics(run, MASS)
+    return biomechanics(run, MASS, 0.0)
 
 
 def of_ground(result: SimulationResult) -> SimulationResult:
@@ -128,7 +128,7 @@ def test_a_wedge_is_positive_and_opened_tips_are_not(run: SimulationResult) -> N
 
 
 def test_shifts_come_as_late_as_they_were_made(run: SimulationResult) -> None:
-    rows = biomechanics(of_ground(run), MASS).table
+    rows = biomechanics(of_ground(run), MASS, 0.0).table
     whole_turns = rows[rows["phase"] == WHOLE]
     linked = whole_turns[whole_turns["turn"] > 1]
     assert np.isnan(whole_turns["load_shift_s"].iloc[0])  # the run begins with it: no transition is seen
@@ -138,7 +138,7 @@ def test_shifts_come_as_late_as_they_were_made(run: SimulationResult) -> None:
 
 
 def test_rows_know_outside_from_inside(run: SimulationResult) -> None:
-    rows = biomechanics(of_ground(run), MASS).table
+    rows = biomechanics(of_ground(run), MASS, 0.0).table
     control = rows[rows["phase"] == "control"]
     # The share is on its plateau in the control phase but for the shift's delay at one end.
     assert control["outside_force_share"].to_numpy() == pytest.approx(OUTSIDE, abs=0.02)
@@ -154,9 +154,9 @@ def test_rows_know_outside_from_inside(run: SimulationResult) -> None:
 
 
 def test_crossover(run: SimulationResult) -> None:
-    rows = biomechanics(of_ground(run), MASS).table
+    rows = biomechanics(of_ground(run), MASS, 0.0).table
     assert np.all(rows["com_inside_one_share"] == 1.0)  # between the skis all the time
-    leaning = biomechanics(run, MASS).table
+    leaning = biomechanics(run, MASS, 0.0).table
     control = leaning[leaning["phase"] == "control"]
     assert np.all(control["com_inside_both_share"] == 1.0)  # 0.6 m to the inside of feet 0.3 m apart
 
@@ -173,7 +173,7 @@ def test_figures_of_turns_are_the_mean_of_complete_turns(turn_by_turn: Biomechan
 
 def test_a_run_without_turns_says_so(run: SimulationResult) -> None:
     straight = replace(run, com=run.com * [1.0, 0.0, 1.0])
-    figures = turn_figures(biomechanics(straight, MASS))
+    figures = turn_figures(biomechanics(straight, MASS, 0.0))
     assert figures.count == 0
     assert figures.each is None
     assert [stretch.kind for stretch in figures.stretches or ()] == ["traverse"]

@@ -8,6 +8,7 @@ import numpy as np
 from flat_snow import flat_snow
 
 from sssi_exudyn.analysis.biomechanics import biomechanics, label_turns, residual_moment, turn_figures
+from sssi_exudyn.analysis.losses import loss_figures
 from sssi_exudyn.bodies.ski.ski import read_ski
 from sssi_exudyn.bodies.skier.chain import COORDINATES, PRESCRIBED, average_geometry
 from sssi_exudyn.core.frames import Array, slope_to_enu
@@ -111,7 +112,7 @@ def a_run(duration: float = 14.0, rate: float = 50.0, *, measured: bool = True, 
         inclination=float(INCLINATION),
         fall_line_azimuth=float(AZIMUTH),
     )
-    figures_of_turns = biomechanics(result, MASS)
+    figures_of_turns = biomechanics(result, MASS, float(INCLINATION))
     series = label_turns(result.to_frame(slope_to_enu(INCLINATION, AZIMUTH)), figures_of_turns.turns)
     gps, insoles = (some_gps(result), some_insoles(result)) if measured else (None, None)
     summary = summary_from_dict(
@@ -121,6 +122,7 @@ def a_run(duration: float = 14.0, rate: float = 50.0, *, measured: bool = True, 
             "trajectory": judge_track(series, gps),
             "pressure_ratio": judge_loads(series, insoles),
             "turns": turn_figures(figures_of_turns),
+            "losses": loss_figures(result, figures_of_turns.table, float(INCLINATION), 0.55),
             "residual_moment": residual_moment(result),
             "solver": {"simulated_s": duration, **result.statistics},
             "energy": {"closure_percent": result.closure_percent},

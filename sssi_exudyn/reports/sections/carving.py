@@ -33,7 +33,7 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
         ("H, hardness (N/m³)", _with_error(figures.hardness_N_m3)),
         ("S_f, strength (Pa)", _with_error(figures.strength_Pa)),
         ("friction along the edges against the load, as μ_t", number(figures.equivalent_mu_t)),
-        ("force of the grooves' walls against the load, as μ_n", number(figures.equivalent_mu_n)),
+        ("force of the grooves' walls against the load, as μ_n (lateral load ratio)", number(figures.equivalent_mu_n)),
         ("side reserve of the outer ski, mean", number(figures.side_reserve_mean)),
         ("less for a twentieth of the run than", number(figures.side_reserve_least)),
         ("yaw of the skis against the feet, rms (°)", number(figures.ski_yaw_rms_deg)),

@@ -22,7 +22,7 @@ Table = list[list[str]]
 
 def table_1(runs: Runs) -> Section:
     """Show the paper's Table 1: friction, the track's error and the slope's inclination, a row a recording."""
-    head = ["", "μ_t", "μ_n", "percentage trajectory error", "piste inclination angle (°)"]
+    head = ["", "μ_t", "μ_n (largest lateral load ratio)", "percentage trajectory error", "piste inclination angle (°)"]
     rows = [
         [
             run.name,

@@ -9,7 +9,7 @@ from sssi_exudyn.results.summary import Estimate, Summary
 
 _NAMES = {
     "mu_t": "μ_t, along the ski",
-    "mu_n": "μ_n, across it",
+    "mu_n": "μ_n, across it: largest lateral load ratio",
     "mu": "μ, along the edges",
     "hardness": "H, hardness (N/m³)",
     "strength": "S_f, strength (Pa)",

@@ -155,7 +155,7 @@ def test_a_day_in_words_as_a_page_and_as_a_file(tmp_path: Path) -> None:
     sentence = sentence_of_day([speed, drag, nothing], 3, model)
     assert sentence.startswith("In 3 runs together μ_t changes by +0.0120 for each m/s of speed (70% probable; it may")
     assert "the same skier at another speed or posture on the same snow would distinguish them" in sentence
-    assert sentence.endswith("μ_t is 0.100 ± 0.002 and μ_n 0.800 ± 0.002.")
+    assert sentence.endswith("μ_t is 0.100 ± 0.002 and μ_n, the largest lateral load ratio, 0.800 ± 0.002.")
     assert "nothing is missing that acts on all alike (90% probable)" in sentence_of_day(
         [replace(nothing, probability=0.9)], 2, model
     )
