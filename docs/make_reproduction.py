@@ -17,6 +17,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from make_measured_turns import section
 from scipy.ndimage import uniform_filter1d
 
 import sssi_exudyn
@@ -150,7 +151,7 @@ def main() -> None:
     flat = " and ".join(f"{max(-s.lowest_m, s.highest_m):.2f}" for s in (run.summary.surface for run in runs) if s)
     lines = [HEAD.format(flat=flat).rstrip() + "\n", *table(runs, rows(alike)), CLOSE.rstrip() + "\n"]
     lines += [f"- **{letter}**: {why.format(**reasons(runs, plain))}" for letter, why in WHY.items()]
-    (ROOT / "docs" / "reproduction.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (ROOT / "docs" / "reproduction.md").write_text("\n".join(lines) + "\n\n" + section(), encoding="utf-8")
 
 
 def reasons(runs: list[StoredRun], plain: list[StoredRun]) -> dict[str, str | float]:
