@@ -67,8 +67,8 @@ def _without_spread(value: float) -> tuple[float, float]:
 
 _ITSELF: Final = (
     "his reference is a second system on real skiers; ours is a run of the model itself, of a skier 2 kg heavier and"
-    " with 15 % more drag than the fit of the recording found. The motion capture is used besides the fixes. Fixes show no"
-    " mass: the fit takes the intermediate for 80 kg, who is 87 (stated: 84 ± 2)"
+    " with 15 % more drag than the fit of the recording found. The motion capture is used besides the fixes. Fixes"
+    " show no mass: the fit takes the intermediate for 80 kg, who is 87 (stated: 84 ± 2)"
 )
 _OTHER: Final = (
     "a world that is no part of the program, whose insoles feel 0.94 of that force and have noise of their own; the"
