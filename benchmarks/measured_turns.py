@@ -213,9 +213,9 @@ def force_errors(truth: StoredRun, estimate: StoredRun) -> dict[str, float]:
     The snow's force is parted along the path of the centre of mass (friction) and across it (reaction).
     """
     errors = {}
-    true, found = (forces_along_path(run, truth.time) for run in (truth, estimate))
+    true, estimated = (forces_along_path(run, truth.time) for run in (truth, estimate))
     for key, values in true.items():
-        difference = found[key] - values
+        difference = estimated[key] - values
         errors[f"{key}_offset"] = float(np.mean(difference))
         errors[f"{key}_sd"] = float(np.std(difference))
     return errors
