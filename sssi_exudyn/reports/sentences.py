@@ -130,6 +130,8 @@ def _friction(summary: Summary) -> str:
     uncertainty, value = summary.uncertainty, summary.friction.mu_t.value
     if uncertainty is None or value is None:
         return ""
+    if uncertainty.withheld is not None:
+        return f" {uncertainty.withheld[:1].upper()}{uncertainty.withheld[1:]}."
     interval = uncertainty.interval_90["mu_t"]
     parts = sorted(uncertainty.shares["mu_t"].items(), key=lambda part: -part[1])[:2]
     sources = " and ".join(f"{group} ({100.0 * share:.0f}\u00a0%)" for group, share in parts)

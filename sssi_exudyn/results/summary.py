@@ -28,7 +28,7 @@ _ON_REQUEST: Final = ("posture", "diagnosis", "muscles", "surface", "uncertainty
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number and its standard error, null where it was not fitted."""
+    """A number and its standard error, null where it was not fitted or where the fit's residuals contradict it."""
 
     value: float | None = None
     se: float | None = None
@@ -130,7 +130,7 @@ class Correction:
 class UncertaintyFigures:
     """Uncertainty of a fit's results.
 
-    interval_90 : of friction, and where edges cut of the snow's hardness (N/m³) and strength (Pa)
+    interval_90 : of friction, and where edges cut of the snow's hardness (N/m³) and strength (Pa); empty where withheld
     shares : of the variance of each of them, by its source; they add up to one
     posture_rms_deg : corrections of the captured posture by joint coordinate, root mean square over time
     largest : the corrections that are largest in standard deviations of their priors
@@ -138,6 +138,7 @@ class UncertaintyFigures:
     fits_priors : whether no correction is beyond three standard deviations
     log_evidence : log probability of all measurements, by which two results of one recording may be compared
     widened : factor on the intervals from noise alone, as loads or speed are missed by more than noise
+    withheld : why there are no intervals; null where there are
     """
 
     interval_90: Mapping[str, Interval]
@@ -148,6 +149,26 @@ class UncertaintyFigures:
     fits_priors: bool
     log_evidence: float | None = None
     widened: float | None = None
+    withheld: str | None = None
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What the fit's own figures say against its results, in sentences."""
+        doubts = [] if self.withheld is None else [self.withheld]
+        if self.missed is not None and self.withheld is None:
+            kind, times = self.missed
+            wide = self.widened or 1.0
+            widened = f"; intervals are {wide:.1f} times as wide for it" if wide > 1.0 else ""
+            doubts.append(
+                f"residual of the {kind}: {times:.1f} times the usual noise{widened}; check its time_offset_s and its unit"
+            )
+        if not self.fits_priors:
+            worst = self.largest[0]
+            doubts.append(
+                f"{worst.what} had to be corrected by {abs(worst.sigmas):.1f} standard deviations of what is known of"
+                " it: what is stated of it, a clock, or the model is wrong"
+            )
+        return tuple(doubts)
 
     @property
     def missed(self) -> tuple[str, float] | None:

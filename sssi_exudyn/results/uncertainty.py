@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from scipy.stats import norm
 
+from sssi_exudyn.fitting.misfit import why_unidentified
 from sssi_exudyn.fitting.parameters import MASS, snow_beforehand
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.fitting.posture_errors import PostureError
@@ -21,7 +22,7 @@ _SIDES: Final = {0: "left foot's ", 1: "right foot's ", -1: ""}
 
 
 def uncertainty_figures(posterior: Posterior) -> UncertaintyFigures:
-    """Return intervals, budget, noise and corrections of an estimate."""
+    """Return intervals, budget, noise and corrections of an estimate; without intervals where a misfit denies them."""
     setting = posterior.setting
     pulls = (posterior.values - setting.means) / setting.sigmas
     corrections = [Correction(str(name), float(pull)) for name, pull in zip(setting.names, pulls, strict=True)]
@@ -32,7 +33,8 @@ def uncertainty_figures(posterior: Posterior) -> UncertaintyFigures:
     corrections.sort(key=lambda correction: -abs(correction.sigmas))
     half = norm.ppf(0.95)
     intervals, shares = {}, {}
-    for name in snow_numbers:
+    withheld = why_unidentified(posterior) or None
+    for name in snow_numbers if withheld is None else ():
         key = name.key
         i = setting.names.index(name)
         value, spread = float(posterior.values[i]), float(np.sqrt(posterior.covariance[i, i]))
@@ -56,6 +58,7 @@ def uncertainty_figures(posterior: Posterior) -> UncertaintyFigures:
         fits_priors=abs(corrections[0].sigmas) <= _FAR,
         log_evidence=posterior.log_evidence,
         widened=posterior.widened,
+        withheld=withheld,
     )
 
 

@@ -7,20 +7,26 @@ import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from sssi_exudyn.core.text import csv_cell
+
 _ONLY_IN_FILES = (
     *("provenance", "each", "control", "peak_moments", "reserve"),
-    *("shares", "posture_rms_deg", "noise"),
+    *("shares", "posture_rms_deg", "noise", "withheld"),
 )
 """Groups of a summary too long for a terminal."""
 
 
 def format_summary(summary: Mapping[str, Any]) -> str:
-    """Write the figures of a summary, one a line, without null ones, lists, origins and those of single turns."""
+    """Write the figures of a summary, one a line, without null ones, lists, origins and those of single turns.
+
+    Its notices stand behind them.
+    """
     lines = [str(summary["recording"])]
     for group, figures in summary.items():
         if group not in _ONLY_IN_FILES and isinstance(figures, Mapping):
             own = {name: figure for name, figure in figures.items() if name not in _ONLY_IN_FILES}
             lines += [f"  {name:<36} {value}" for name, value in _figures(group, own)]
+    lines += [f"  note: {notice}" for notice in summary.get("notices", ())]
     return "\n".join(lines) + "\n"
 
 
@@ -41,7 +47,7 @@ def format_csv(rows: Sequence[Mapping[str, object]]) -> str:
     text = io.StringIO()
     writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
     writer.writeheader()
-    writer.writerows(rows)
+    writer.writerows({name: csv_cell(value) for name, value in row.items()} for row in rows)
     return text.getvalue()
 
 

@@ -19,6 +19,7 @@ from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.results.uncertainty import uncertainty_figures
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
@@ -44,6 +45,7 @@ def test_friction_of_another_world_is_found_within_its_standard_error(name: str,
     assert (
         np.sqrt(np.mean(np.square(estimated.posterior.residual[moments]))) < 20.0
     )  # N m: what is stated of the balance
+    assert uncertainty_figures(estimated.posterior).doubts == ()
 
 
 @pytest.mark.long(seconds=15)

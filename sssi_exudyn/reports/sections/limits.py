@@ -43,6 +43,8 @@ def _lines(run: StoredRun) -> list[str]:
         lines.append(f"The fit did not converge: {summary.fit.reason or 'no reason is given'}.")
     if summary.fit.method is not None and uncertainty is None and summary.posture is None:
         lines.append("Standard errors count the track's residual alone, not posture, mass or antenna.")
+    if uncertainty is not None and uncertainty.withheld is not None:
+        lines.append(f"{uncertainty.withheld[:1].upper()}{uncertainty.withheld[1:]}.")
     if uncertainty is not None and not uncertainty.fits_priors:
         worst = uncertainty.largest[0]
         much = f"had to be corrected by {abs(worst.sigmas):.1f} standard deviations"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from sssi_exudyn.reports.section import Block, Grid, Heading, Runs, Section, Text, section_of_each
 from sssi_exudyn.reports.sections.tables import number
 from sssi_exudyn.results.stored import StoredRun
-from sssi_exudyn.results.summary import Estimate, Summary
+from sssi_exudyn.results.summary import Estimate, Summary, UncertaintyFigures
 
 _NAMES = {
     "mu_t": "μ_t, along the ski",
@@ -38,6 +38,8 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
     figures = run.summary.uncertainty
     if figures is None:
         return ()
+    if figures.withheld is not None:
+        return (Text(f"There are no intervals: {figures.withheld}."), *_noise_and_corrections(figures))
     intervals = [["friction", "estimate", "90 % interval"]]
     for key, interval in figures.interval_90.items():
         low, high = (f"{end:.4f}" if abs(end) < _LARGE else f"{end:.3g}" for end in (interval.low, interval.high))
@@ -50,6 +52,15 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
     budget += [
         [group, *(f"{100.0 * parts.get(group, 0.0):.0f} %" for parts in figures.shares.values())] for group in groups
     ]
+    return (
+        Grid(intervals),
+        Heading("Where the uncertainty comes from"),
+        Grid(budget),
+        *_noise_and_corrections(figures),
+    )
+
+
+def _noise_and_corrections(figures: UncertaintyFigures) -> tuple[Block, ...]:
     noise = [["measurement", "standard deviation (SI)", "times the usual", "correlated over (s)"]]
     noise += [
         [
@@ -71,9 +82,6 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
         "reconciled with the measurements within the errors that the instruments are known for."
     )
     return (
-        Grid(intervals),
-        Heading("Where the uncertainty comes from"),
-        Grid(budget),
         Heading("Noise of the measurements"),
         Grid(noise),
         Heading("What was corrected"),

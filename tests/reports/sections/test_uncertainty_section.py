@@ -8,7 +8,9 @@ from html import unescape
 import pytest
 from a_run import a_run
 
+from sssi_exudyn.io.typed import convert
 from sssi_exudyn.reports.report import render
+from sssi_exudyn.results.summary import UncertaintyFigures
 
 pytestmark = pytest.mark.usefixtures("words_only")
 
@@ -52,6 +54,32 @@ def test_what_is_missed_by_more_than_noise_makes_the_interval_too_narrow() -> No
     assert "too narrow" not in words(1.5, 1.6)
     page = render([a_run(6.0, uncertainty={**figures(1.5, 5.2), "widened": 2.4})])
     assert "That is widened 2.4 times: the residual of the fixes" in page
+
+
+WHY = "this recording does not identify friction: the track is missed by 0.92 m"
+
+
+def test_what_a_misfit_denies_is_not_shown() -> None:
+    withheld = {**figures(1.5, 2.9), "interval_90": {}, "shares": {}, "withheld": WHY}
+    page = render([a_run(6.0, uncertainty=withheld)])
+    assert page.count(f"T{WHY[1:]}") == 2  # in the result's sentence, and before everything among the limits
+    assert f"There are no intervals: {WHY}" in page
+    assert "with 90" not in page
+    assert "Where the uncertainty comes from" not in page
+
+
+def doubts(**changes: object) -> tuple[str, ...]:
+    return convert({**figures(1.5, 1.2), **changes}, UncertaintyFigures).doubts
+
+
+def test_doubts_of_a_fit_are_in_words() -> None:
+    assert doubts() == ()
+    assert doubts(withheld=WHY) == (WHY,)
+    (missed,) = doubts(**figures(1.5, 4.4), widened=4.4)
+    assert missed.startswith("residual of the fixes: 4.4 times the usual noise; intervals are 4.4 times as wide for it")
+    (corrected,) = doubts(**figures(-8.3))
+    assert corrected.startswith("trunk forward had to be corrected by 8.3 standard deviations")
+    assert len(doubts(**figures(-8.3, 4.4))) == 2
 
 
 def test_a_run_without_an_estimate_has_no_section() -> None:
