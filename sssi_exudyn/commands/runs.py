@@ -26,13 +26,14 @@ from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.choices import Backend, HeadingMode, Method, Snow
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.core.new_files import check_no_link
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
 from sssi_exudyn.fitting.first_fit import Fitted, problem_of
 from sssi_exudyn.fitting.first_fit import fit as fit_problem
 from sssi_exudyn.fitting.observations import correct_fixes
 from sssi_exudyn.fitting.parameters import seek_too
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
-from sssi_exudyn.io.writing import folder_lock, to_plain, write_atomically
+from sssi_exudyn.io.writing import check_file_name, clear_errors, folder_lock, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.heading import check_heading
 from sssi_exudyn.model.model import Model
@@ -187,7 +188,7 @@ def fit_recording(work: Work, chosen: ChosenModel, *, method: Method, parameters
         if is_estimated(recording, method):
             estimated = estimate(problem, recording, motion, cache=cache, progress=stage.advance)
             fitted, uncertainty = estimated.fitted, uncertainty_figures(estimated.posterior)
-            draws = draws_table(estimated.posterior)
+            draws = None if uncertainty.withheld else draws_table(estimated.posterior)
         else:
             fitted = fit_problem(problem, motion, method, cache=cache, progress=stage.advance)
     if recording.completed is not None:
@@ -242,8 +243,15 @@ def lock_of(out: Path | None) -> AbstractContextManager[None]:
 
 
 def cache_in(out: Path | None) -> Cache | None:
-    """Return the cache of a result's folder, which keeps what an interrupted command has computed; None without one."""
-    return None if out is None else Cache(out / CACHE)
+    """Return the cache of a result's folder, which keeps what an interrupted command has computed; None without one.
+
+    Raises InputError where a link stands in its place.
+    """
+    if out is None:
+        return None
+    with clear_errors(out / CACHE):
+        check_no_link(out / CACHE)
+    return Cache(out / CACHE)
 
 
 def validate(folder: Path, result: Path, out: Path, *, progress: Progress = SILENT) -> Summary:
@@ -299,9 +307,10 @@ def write_report(results: Sequence[tuple[StoredRun, str]], out: Path) -> Path:
 
 
 def _check_ending(out: Path) -> None:
-    """Raise InputError where a report's file is neither a page nor a document."""
+    """Raise InputError where a report's file is neither a page nor a document, or cannot be."""
     if out.suffix not in (".html", ".pdf"):
         raise InputError(out, "", "neither a page nor a document", "end its name in .html or .pdf")
+    check_file_name(out)
 
 
 @dataclass(frozen=True)
@@ -324,6 +333,20 @@ class Outcome:
     draws: pd.DataFrame | None = None
     diagnosis: Diagnosis | None = None
     diverged: str | None = None
+
+    @property
+    def believable_fit(self) -> Fit:
+        """How the fit ended, without standard errors where its residuals contradict them."""
+        if self.uncertainty is None or self.uncertainty.withheld is None:
+            return self.fit
+        parameters = {name: replace(estimate, se=None) for name, estimate in (self.fit.parameters or {}).items()}
+        return replace(self.fit, parameters=parameters)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What the fit says against its own results, in sentences."""
+        ended = () if self.fit.converged is not False else (f"the fit did not converge: {self.fit.reason}",)
+        return (*ended, *(() if self.uncertainty is None else self.uncertainty.doubts))
 
 
 def _simulate_into(work: Work, model: Model, outcome: Outcome, backend: Backend = "fastest") -> Made:
@@ -351,15 +374,15 @@ def write_outcome(
     if recording.completed is None:  # ankles that are assumed tell nothing of boots
         series, boots = add_cuffs(series, result, model)
     gps = recording.gps and correct_fixes(recording.gps, model)
-    diagnosis = outcome.diagnosis
+    diagnosis, ended = outcome.diagnosis, outcome.believable_fit
     summary = summary_from_dict(
         {
             "recording": recording.name,
-            "friction": _friction(model, outcome.fit),
-            "carving": carving_figures(model, result, outcome.fit.parameters or {}),
+            "friction": _friction(model, ended),
+            "carving": carving_figures(model, result, ended.parameters or {}),
             "trajectory": judge_track(series, gps),
             "pressure_ratio": judge_loads(series, recording.insoles),
-            "fit": outcome.fit,
+            "fit": ended,
             "solver": {"simulated_s": float(np.ptp(result.time)), **result.statistics},
             "energy": Energy(
                 result.closure_percent, {name: float(work[-1] - work[0]) for name, work in result.energy.items()}
@@ -378,7 +401,7 @@ def write_outcome(
             "posture": outcome.posture,
             "uncertainty": outcome.uncertainty,
             "diagnosis": diagnosis and DiagnosisResult(diagnosis.verdict, diagnosis.sentence),
-            "notices": recording.notices,
+            "notices": (*outcome.doubts, *recording.notices),
             "boots": boots,
             "surface": model.surface
             and surface_figures(
