@@ -41,7 +41,6 @@ compiled caller of functions that come in from outside.
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import itertools
 import os
 import sys
@@ -70,6 +69,7 @@ from sssi_exudyn.contact.registry import TERMS
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantities
+from sssi_exudyn.runtime.generated_module import run_module
 from sssi_exudyn.runtime.private_folder import cache_folder
 
 
@@ -161,13 +161,7 @@ def _module(source: str) -> ModuleType:
             made.unlink(missing_ok=True)
             if path.read_bytes() != source.encode():
                 raise
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module
+    return run_module(name, path)
 
 
 def compile_kernel(*templates: ModuleType) -> ModuleType:

@@ -14,7 +14,7 @@ from importlib import import_module
 from types import SimpleNamespace
 from typing import Any, Final
 
-from sssi_exudyn.runtime.jit import FAULT, njit
+from sssi_exudyn.runtime.jit import FAULT, compile_entry, njit
 
 _PLAIN: Final[list[Callable[..., tuple[float, ...]]]] = []
 """Laws where there is no compiler; their addresses count from one."""
@@ -108,6 +108,6 @@ def law_address(law: Callable[..., tuple[float, ...]]) -> Callable[[Callable[...
         kinds = {"out": floats, "values": floats, "count": types.intp, "first": whole, "classes": types.intp}
         kinds["by_parameter"] = floats
         signature = types.void(*(kinds.get(name, types.float64) for name in names))
-        return numba.cfunc(signature, cache=True, error_model="numpy")(entry)
+        return compile_entry(signature, entry)
 
     return address

@@ -1,21 +1,66 @@
-"""Numba's compiler where it works; without it, functions stay plain Python."""
+"""Numba's compiler where it works; without it, functions stay plain Python.
+
+What it has compiled it keeps on disk.  A file there that cannot be read (a full disk, a power failure) is a miss.
+"""
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Callable
 from typing import Any
 
-njit: Any
-"""Numba's decorator, or one that leaves the function as it is."""
 FAULT = ""
 """Reason why there is no compiler; empty where there is one."""
 
 try:
-    from numba import njit
+    import numba
+    from numba import njit as _njit
 except Exception as error:  # noqa: BLE001  a broken installation may raise anything, and simulating needs no Numba
     FAULT = f"{type(error).__name__}: {error}".splitlines()[0]
 
-    def njit(*given: Any, **_options: Any) -> Any:
+
+class _ForgivingCache:
+    """Numba's cache of one function, for which a damaged file is a miss; the function's entries are then made again."""
+
+    def __init__(self, cache: Any) -> None:
+        self._cache = cache
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._cache, name)
+
+    def load_overload(self, signature: Any, context: Any) -> Any:
+        """Return the compiled function, or None."""
+        try:
+            return self._cache.load_overload(signature, context)
+        except Exception:  # noqa: BLE001  a damaged pickle raises whatever its damage brings
+            with contextlib.suppress(OSError):
+                self._cache.flush()
+            return None
+
+
+def njit(*given: Any, **options: Any) -> Any:
+    """Return Numba's decorator, or one that leaves the function as it is; arguments are those of ``numba.njit``."""
+    if FAULT:
         return given[0] if given else lambda function: function
+    decorated = _njit(*given, **options)
+    return (lambda function: _forgiving(decorated(function))) if options.get("cache") else decorated
+
+
+def _forgiving(compiled: Any) -> Any:
+    compiled._cache = _ForgivingCache(compiled._cache)
+    return compiled
+
+
+def compile_entry(signature: Any, entry: Callable[..., None]) -> Any:
+    """Return a function that C can call by its ``address``, kept on disk.  There must be a compiler."""
+    decorate = numba.cfunc(signature, cache=True, error_model="numpy")
+    try:
+        return decorate(entry)
+    except Exception:  # noqa: BLE001  of a damaged file, or of the function itself, which is then raised again
+        compiled = numba.cfunc(signature, error_model="numpy")(entry)
+        compiled.enable_caching()
+        compiled._cache.flush()
+        return compiled
 
 
 inlined = njit(inline="always", error_model="numpy")
