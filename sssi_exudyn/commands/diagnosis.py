@@ -15,6 +15,7 @@ from sssi_exudyn.commands.expected import expected_seconds
 from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.commands.runs import CACHE, Made, Outcome, cache_in, lock_of, write_outcome
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.new_files import check_no_link
 from sssi_exudyn.io.typed import convert, read_json
 from sssi_exudyn.io.writing import clear_errors, folder_lock, to_json, write_atomically
 from sssi_exudyn.model.from_recording import model_of
@@ -109,9 +110,14 @@ def _keep_law(folder: Path, model: Model | None) -> None:
 
 
 def _names(folders: Sequence[Path], out: Path) -> list[str]:
-    """Return the folders' names, under which ``out`` holds their results.  Raises InputError where two are the same."""
+    """Return the folders' names, under which ``out`` holds their results.
+
+    Raises InputError where two are the same, or a link stands in the place of one's results.
+    """
     names = [folder.resolve().name for folder in folders]
     for name in names:
+        with clear_errors(out / name):
+            check_no_link(out / name)
         if names.count(name) > 1:
             raise InputError(out / name, "", "two recordings would leave their results here", "rename one's folder")
     return names

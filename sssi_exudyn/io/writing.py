@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +14,7 @@ import filelock
 import numpy as np
 
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.new_files import check_no_link, open_new, unfinished
 
 _LOCK = ".lock"
 
@@ -28,6 +28,7 @@ def folder_lock(folder: Path) -> Iterator[None]:
     """
     with clear_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
+        check_no_link(folder / _LOCK)  # it would be made, or emptied, where it leads
         lock = filelock.FileLock(folder / _LOCK, timeout=0, is_singleton=True)
         try:
             lock.acquire()
@@ -68,16 +69,30 @@ def clear_errors(path: Path) -> Iterator[None]:
         ) from error
 
 
-def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write one file whole or not at all, text as UTF-8.  Raises InputError where it cannot be written."""
-    data = content.encode() if isinstance(content, str) else content
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+def check_file_name(path: Path) -> None:
+    """Raise InputError, before anything is computed for it, for a file that cannot be made under that name."""
     with clear_errors(path):
         try:
-            unfinished.write_bytes(data)
-            unfinished.replace(path)
+            path.lstat()  # names that are too long, of a folder that is none
+        except FileNotFoundError:
+            if not path.parent.is_dir():
+                raise
+
+
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Write one file whole or not at all, text as UTF-8; bytes of names that are no text become ``\\udcff``.
+
+    Raises InputError where it cannot be written.
+    """
+    data = content.encode(errors="backslashreplace") if isinstance(content, str) else content
+    partial = unfinished(path)
+    with clear_errors(path):
+        try:
+            with open_new(partial) as file:
+                file.write(data)
+            partial.replace(path)
         finally:
-            unfinished.unlink(missing_ok=True)
+            partial.unlink(missing_ok=True)
 
 
 def to_json(value: Any) -> str:
@@ -95,6 +110,8 @@ def to_plain(value: Any) -> Any:
         return to_plain(value.tolist())
     if isinstance(value, list | tuple):
         return [to_plain(entry) for entry in value]
+    if isinstance(value, str):
+        return value.encode(errors="backslashreplace").decode()  # names of files may be no text
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value

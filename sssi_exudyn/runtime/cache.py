@@ -12,7 +12,6 @@ import dataclasses
 import hashlib
 import json
 import math
-import os
 import re
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
@@ -23,6 +22,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from sssi_exudyn.core.new_files import make_folder, open_new, unfinished
 from sssi_exudyn.runtime.private_folder import secret
 
 MAX_ENTRY: Final = 300_000_000
@@ -120,11 +120,11 @@ class Cache:
     def put(self, key: str, arrays: Mapping[str, NDArray[np.generic]]) -> None:
         """Keep ``arrays`` under ``key``.  Raises OSError where the folder cannot be written."""
         path = self._path(key)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        made = path.with_name(f".{path.name}.{os.getpid()}")
+        make_folder(self.folder)
+        made = unfinished(path)
         check = fingerprint(secret(), key, arrays)
         try:
-            with made.open("wb") as file:
+            with open_new(made) as file:
                 np.savez(file, allow_pickle=False, **dict(arrays), **{_CHECK: np.array(check)})
             made.replace(path)
         finally:

@@ -12,7 +12,6 @@ The folder has to be on one file system for all workers, with POSIX locks where 
 from __future__ import annotations
 
 import errno
-import os
 import uuid
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
@@ -25,6 +24,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.new_files import check_no_link, make_folder, open_new, unfinished
 from sssi_exudyn.io.files import read_bytes
 from sssi_exudyn.io.parquet import read_texts
 from sssi_exudyn.io.typed import decode, encode
@@ -75,6 +75,7 @@ def claim(folder: Path, row: int) -> Iterator[bool]:
         with _claim_file(folder / _ROWS / f"{row}.lock") as mine:
             yield mine
         return
+    check_no_link(folder / _RUNNING)
     with (folder / _RUNNING).open("ab") as file:
         try:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, row)
@@ -89,7 +90,7 @@ def claim(folder: Path, row: int) -> Iterator[bool]:
 @contextmanager
 def _claim_file(path: Path) -> Iterator[bool]:
     """Hold a separate lock for each run, where the system has none for single bytes."""
-    path.parent.mkdir(exist_ok=True)
+    make_folder(path.parent)
     lock = filelock.FileLock(path, timeout=0)
     try:
         lock.acquire()
@@ -110,8 +111,9 @@ def write_record(folder: Path, record: Record) -> None:
     path = folder / RECORDS / name
     partial = path.with_name(f".{name}")
     with clear_errors(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_bytes(encode(record))
+        make_folder(path.parent)
+        with open_new(partial) as file:
+            file.write(encode(record))
         partial.replace(path)
 
 
@@ -129,9 +131,11 @@ def write_series(folder: Path, key: str, series: pa.Table) -> None:
     """Keep a run's time series.  Raises InputError where it cannot be written."""
     path = series_path(folder, key)
     with clear_errors(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial = path.with_name(f".{path.name}.{os.getpid()}")
-        pq.write_table(series, partial, compression="zstd")
+        make_folder(path.parents[1])
+        make_folder(path.parent)
+        partial = unfinished(path)
+        with open_new(partial) as file:
+            pq.write_table(series, file, compression="zstd")
         partial.replace(path)
 
 
@@ -173,6 +177,8 @@ def gather(folder: Path, only: Collection[str] | None = None) -> None:
     A run that is still to be handed out must not be among them: its worker looks for a small file.  An interrupt
     between the two steps leaves records twice under one name, which does no harm.
     """
+    with clear_errors(folder):
+        check_no_link(folder / RECORDS)
     paths = [path for path in (folder / RECORDS).glob("*.json") if only is None or path.name.partition("-")[0] in only]
     read = ((path.name, _read(path)) for path in sorted(paths))
     texts = {name: text.decode() for name, text in read if text is not None and _parse(text) is not None}
@@ -188,9 +194,10 @@ def gather(folder: Path, only: Collection[str] | None = None) -> None:
 
 
 def tidy(folder: Path) -> None:
-    """Remove the files that killed workers left half written."""
-    for place in (folder / RECORDS, *(folder / SERIES).glob("*")):
-        for path in place.glob(".*"):
+    """Remove the files that killed workers left half written; links are not followed."""
+    series = folder / SERIES
+    for place in (folder / RECORDS, *(series.glob("*") if not series.is_symlink() else ())):
+        for path in place.glob(".*") if not place.is_symlink() else ():
             path.unlink(missing_ok=True)
 
 

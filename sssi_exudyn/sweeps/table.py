@@ -15,6 +15,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from sssi_exudyn.core.new_files import open_new, unfinished
 from sssi_exudyn.io.parquet import read_parquet
 from sssi_exudyn.io.writing import clear_errors, to_plain, write_atomically
 from sssi_exudyn.runtime.provenance import provenance
@@ -155,7 +156,8 @@ def _dtype(column: Column) -> str:
 
 
 def _write(path: Path, table: pa.Table) -> None:
-    partial = path.with_name(f".{path.name}")
+    partial = unfinished(path)
     with clear_errors(path):
-        pq.write_table(table, partial, compression="zstd")
+        with open_new(partial) as file:
+            pq.write_table(table, file, compression="zstd")
         partial.replace(path)

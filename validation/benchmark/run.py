@@ -22,6 +22,7 @@ import numpy as np
 from sssi_exudyn.core.choices import Concealed
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.new_files import make_folder
 from sssi_exudyn.core.number_ref import MU_N, MU_T
 from sssi_exudyn.fitting.estimate import estimate
 from sssi_exudyn.fitting.evidence import LinearModel, uncertain
@@ -29,7 +30,7 @@ from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.parameters import snow_beforehand
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.io.typed import read_json
-from sssi_exudyn.io.writing import to_json, write_atomically
+from sssi_exudyn.io.writing import clear_errors, to_json, write_atomically
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion
@@ -105,7 +106,8 @@ class SealedCases:
         """
         path = self.answer_file(index)
         if not path.exists():
-            path.parent.mkdir(exist_ok=True)
+            with clear_errors(path.parent):
+                make_folder(path.parent)
             write_atomically(path, to_json(make(index, planned, self.bases, self.seed).case))
         case = read_json(path, Case)
         if (case.index, case.name, case.kind, case.strength) != (index, *planned):

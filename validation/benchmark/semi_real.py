@@ -20,10 +20,11 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array, level_to_enu
+from sssi_exudyn.core.new_files import make_folder
 from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.fitting.observations import track_of
 from sssi_exudyn.io.typed import read_json
-from sssi_exudyn.io.writing import to_json, write_atomically
+from sssi_exudyn.io.writing import clear_errors, to_json, write_atomically
 from sssi_exudyn.model.faults import GpsJump
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Start
@@ -316,7 +317,8 @@ def _read_or_diagnose(folder: Path, case: SemiReal, run: Stretch, say: Callable[
         done = replace(case, diagnosis=replace(outcome.diagnosis, tier="reduced"))
     except SimulationDiverged as error:
         done = replace(case, failed=str(error))
-    path.parent.mkdir(exist_ok=True)
+    with clear_errors(path.parent):
+        make_folder(path.parent)
     write_atomically(path, to_json(done))
     return done
 
