@@ -82,7 +82,8 @@ def build_checked(cls: type[T], values: Mapping[str, object], file: str | Path, 
         if key in declared:
             about = declared[key]
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                raise InputError(file, f"{place} {key}", f"{value!r} is not a number", f"give it in {about.unit}")
+                problem = "the number is missing" if value is None else f"{value!r} is not a number"
+                raise InputError(file, f"{place} {key}", problem, f"give it in {about.unit}")
             if not about.low <= value <= about.high:
                 raise InputError(
                     file,

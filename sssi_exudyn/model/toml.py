@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from sssi_exudyn.bodies.ski.ski import Ski, catalogue, read_ski, ski_from_table, ski_to_table
 from sssi_exudyn.bodies.skier.boot import Cuff
 from sssi_exudyn.contact.registry import check_together, read_term
 from sssi_exudyn.contact.term import parameters
@@ -20,7 +21,7 @@ from sssi_exudyn.model.heading import REPLAY, Heading, check_heading
 from sssi_exudyn.model.model import Model, Solver, Start
 from sssi_exudyn.motion.correction_file import FILE as POSTURE
 from sssi_exudyn.motion.correction_file import correction_bytes, correction_to_dict, read_correction
-from sssi_exudyn.recording.equipment import read_equipped_ski
+from sssi_exudyn.recording.equipment import check_mass, read_equipped_ski
 from sssi_exudyn.recording.recording import OPTIONAL, Equipment, Skier, Slope
 from sssi_exudyn.runtime.plugins import origins_of, require, tables_of
 from sssi_exudyn.terrain.file import FILE as SURFACE
@@ -28,7 +29,7 @@ from sssi_exudyn.terrain.file import read_surface, surface_bytes, surface_to_dic
 
 _TABLES: Final = (
     *("format", "name", "skier", "equipment", "slope", "term", "sensor", "start", "solver"),
-    *("surface", "posture", "heading", "plugin"),
+    *("ski", "surface", "posture", "heading", "plugin"),
 )
 _KEYS: Final = {
     "skier": ("mass_kg", "height_m", "sex"),
@@ -66,11 +67,20 @@ def model_to_dict(model: Model) -> dict[str, Any]:
         "sensor": [{"name": sensor.name, **values_of(sensor)} for sensor in model.sensors],
         "start": start,
         "solver": asdict(model.solver),
+        **_own_ski(model),
         **surface,
         **posture,
         **heading,
         **({"plugin": plugins} if plugins else {}),
     }
+
+
+def _own_ski(model: Model) -> dict[str, Any]:
+    """Return the table ``[ski]``, which holds the model's ski where it is not the catalogue's of that name."""
+    name = model.equipment.skis
+    if name in catalogue() and model.ski == read_ski(name, ""):
+        return {}
+    return {"ski": {model.ski.name: ski_to_table(model.ski)}}
 
 
 def model_files(model: Model) -> dict[str, bytes]:
@@ -83,7 +93,7 @@ def model_files(model: Model) -> dict[str, bytes]:
 
 
 def read_model(path: Path) -> Model:
-    """Read a model from ``model.toml``; files of a ski or a surface are looked for in its folder.
+    """Read a model from ``model.toml``; files of a surface or of a ski that is not in it are looked for in its folder.
 
     Raises InputError for whatever is missing, unknown or outside its bounds.
     """
@@ -101,14 +111,16 @@ def read_model(path: Path) -> Model:
     def number(name: str, key: str) -> object:
         return table(name).get(key)
 
-    def radians(name: str, key: str) -> object:
-        """Return the angle, where it is a number; ``build_checked`` refuses anything else."""
+    def radians(name: str, key: str) -> float:
         value = number(name, key)
-        return np.radians(value).item() if isinstance(value, int | float) else value
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            problem = "the key is missing" if value is None else f"{value!r} is not a number"
+            raise InputError(path, f"[{name}] {key}", problem, "give it in degrees")
+        return float(np.radians(value))
 
     skier, gear, start = table("skier"), table("equipment"), dict(table("start"))
     start["heading_offset"] = radians("start", "heading_offset_deg")
-    start.pop("heading_offset_deg", None)
+    del start["heading_offset_deg"]
     tables = _tables(data, "term", path)
     if not tables:
         raise InputError(
@@ -153,7 +165,7 @@ def read_model(path: Path) -> Model:
             "[skier]",
         ),
         equipment=equipment,
-        ski=read_equipped_ski(equipment, path.parent, path),
+        ski=_read_ski(data, equipment, path),
         inclination=slope.inclination,
         fall_line_azimuth=slope.fall_line_azimuth,
         terms=terms,
@@ -169,6 +181,17 @@ def read_model(path: Path) -> Model:
         posture=read_correction(table("posture"), path) if "posture" in data else None,
         heading=held,
     )
+
+
+def _read_ski(data: Settings, equipment: Equipment, path: Path) -> Ski:
+    """Return the ski in the table ``[ski]``; without it, the catalogue's or the file's that the equipment names."""
+    if "ski" not in data:
+        return read_equipped_ski(equipment, path.parent, path)
+    tables = table_of(data, "ski", path)
+    if len(tables) != 1:
+        raise InputError(path, "[ski]", f"{len(tables)} skis", "keep exactly one table, named after the ski")
+    ((name, table),) = tables.items()
+    return check_mass(ski_from_table(name, table, path), equipment, path)
 
 
 def _tables(data: Settings, name: str, path: Path) -> list[Settings]:

@@ -15,7 +15,11 @@ def read_equipped_ski(equipment: Equipment, folder: Path, file: Path) -> Ski:
     Raises InputError for an unknown ski, a faulty file, and a ski that is heavier than ``ski_mass_kg`` in ``file``,
     which counts the binding too.
     """
-    ski = read_ski(equipment.skis, folder, file)
+    return check_mass(read_ski(equipment.skis, folder, file), equipment, file)
+
+
+def check_mass(ski: Ski, equipment: Equipment, file: Path) -> Ski:
+    """Return the ski.  Raises InputError where it is heavier than ``ski_mass_kg`` in ``file``."""
     if ski.mass > equipment.ski_mass:
         raise InputError(
             file,

@@ -21,6 +21,7 @@ from sssi_exudyn.model.toml import model_to_dict, read_model
 from sssi_exudyn.recording.inspection import plot_inspection
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Equipment, Skier
+from sssi_exudyn.runtime.cache import fingerprint
 from sssi_exudyn.sweeps.file import read_sweep
 
 DOTS = ".".join(["a"] * 40_000)
@@ -48,7 +49,23 @@ MODELS: dict[str, tuple[Callable[[str], str], str]] = {
     "huge": (lambda t: t.replace("mass_kg = 75.0", f"mass_kg = {'7' * 400}"), "too large"),
     "figured": (lambda t: t.replace("mass_kg = 75.0", f"mass_kg = {'7' * 5000}"), "not TOML"),
     "heading as text": (lambda t: t.replace("heading_offset_deg = 0.0", 'heading_offset_deg = "x"'), "not a number"),
-    "heading missing": (lambda t: t.replace("heading_offset_deg = 0.0", ""), "not a number"),
+    "heading missing": (
+        lambda t: t.replace("heading_offset_deg = 0.0", ""),
+        r"\[start\] heading_offset_deg: the key is missing; give it in degrees",
+    ),
+    "slope missing": (
+        lambda t: t.replace("fall_line_azimuth_deg", "# fall_line_azimuth_deg"),
+        r"\[slope\] fall_line_azimuth_deg: the key is missing; give it in degrees",
+    ),
+    "heading as a truth": (
+        lambda t: t.replace("heading_offset_deg = 0.0", "heading_offset_deg = true"),
+        "not a number",
+    ),
+    "mass missing": (lambda t: t.replace("mass_kg = 75.0", ""), r"mass: the number is missing; give it in kg"),
+    "two skis": (lambda t: f"{t}\n[ski.a]\n[ski.b]\n", r"\[ski\]: 2 skis; keep exactly one"),
+    "no ski": (lambda t: f"{t}\n[ski]\n", r"\[ski\]: 0 skis"),
+    "a ski that is none": (lambda t: f"{t}\n[ski]\na = 1\n", r"\[a\]: is not a table"),
+    "a ski without profiles": (lambda t: f"{t}\n[ski.a]\nmass_kg = 1.0\n", "is missing; add it"),
     "table of another name": (
         lambda t: f"{t}\n[[terms]]\nname = 'air'\n",
         r"toml: terms: unknown key; did you mean 'term'",
@@ -98,6 +115,37 @@ def test_a_model_is_read_back_as_it_was_written(tmp_path: Path) -> None:
     path = tmp_path / "model.toml"
     path.write_text(model_text(), encoding="utf-8")
     assert tomli_w.dumps(model_to_dict(read_model(path))) == model_text()
+
+
+def own_ski(mass: float = 1.9) -> dict[str, object]:
+    return {"mine": ski_to_table(read_ski("slalom_165", ".")) | {"mass_kg": mass}}
+
+
+@pytest.mark.parametrize("skis", ["mine.toml", "skis/mine.toml", "slalom_165"])
+def test_a_model_holds_a_ski_that_is_not_the_catalogues(tmp_path: Path, skis: str) -> None:
+    (tmp_path / "mine.toml").write_text(tomli_w.dumps(own_ski()), encoding="utf-8")
+    ski = read_ski("mine.toml", tmp_path)
+    equipment = Equipment(skis=skis)
+    model = Model("run", Skier(), equipment, ski, inclination=0.2, fall_line_azimuth=1.0)
+    path = tmp_path / "alone" / "model.toml"
+    path.parent.mkdir()
+    path.write_text(tomli_w.dumps(model_to_dict(model)), encoding="utf-8")
+    assert read_model(path).ski == ski
+    assert read_model(path).equipment == equipment
+    heavy = model_to_dict(model) | {"ski": own_ski(2.5)}
+    path.write_text(tomli_w.dumps(heavy), encoding="utf-8")
+    with pytest.raises(InputError, match=r"ski_mass_kg: 2.4 kg with the binding is less than 2.5 kg"):
+        read_model(path)
+
+
+def test_models_with_other_skis_have_other_keys(tmp_path: Path) -> None:
+    models = []
+    for mass in (1.9, 2.0):
+        (tmp_path / "mine.toml").write_text(tomli_w.dumps(own_ski(mass)), encoding="utf-8")
+        ski = read_ski("mine.toml", tmp_path)
+        model = Model("run", Skier(), Equipment(skis="mine.toml"), ski, inclination=0.2, fall_line_azimuth=1.0)
+        models.append(model_to_dict(model))
+    assert fingerprint(models[0]) != fingerprint(models[1])  # else a fit would go on with the other ski's runs
 
 
 @pytest.mark.parametrize("text", [f"{DOTS} = 1\n", f"[{DOTS}]\n", "x = " + "[" * 50_000, f"x = {'1' * 5000}\n"])
