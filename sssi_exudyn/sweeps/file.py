@@ -31,6 +31,7 @@ from sssi_exudyn.io.settings import Settings, check_keys, read_toml, table_of, t
 from sssi_exudyn.runtime.plugins import Plugin, origins_of, require, tables_of
 from sssi_exudyn.simulation.turns.turn_rig import ski_named
 from sssi_exudyn.sweeps.design import INDEXED, KINDS, LISTED, Design
+from sssi_exudyn.sweeps.patterns import matching_recordings
 
 Task = Literal["simulate", "fit", "turn"]
 Tier = Literal["reduced", "full"]
@@ -210,6 +211,11 @@ def _folders(patterns: object, path: Path) -> tuple[Path, ...]:
             problem = f"{pattern[:60]!r}: {getattr(error, 'strerror', None) or error}"
             raise InputError(path, "recordings", problem, "correct the pattern") from None
     resolved = tuple(folder.resolve() for folder in folders)
+    for folder in resolved:
+        try:
+            str(folder).encode()
+        except UnicodeEncodeError:
+            raise InputError(path, "recordings", f"{str(folder)!r} is no text in UTF-8", "rename the folder") from None
     if len({folder.name for folder in resolved}) < len(resolved):
         raise InputError(path, "recordings", "two folders have one name", "give each recording its own, once")
     return resolved
@@ -226,12 +232,7 @@ def _matches(pattern: str, path: Path) -> list[Path]:
     plain = path.parent / pattern
     if plain.is_dir() or not glob.has_magic(pattern):
         return [plain]
-    anchor = Path(pattern).anchor
-    candidates = (Path(anchor) if anchor else path.parent).glob(pattern.removeprefix(anchor))
-    matches = sorted(candidate for candidate in candidates if (candidate / "recording.toml").is_file())
-    if not matches:
-        raise InputError(path, "recordings", f"no recording matches {pattern[:60]!r}", "correct the pattern")
-    return matches
+    return matching_recordings(path.parent, pattern, path)
 
 
 def _duration(value: object, path: Path) -> float | None:
