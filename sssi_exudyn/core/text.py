@@ -11,6 +11,8 @@ LONGEST: Final = 200
 _JOINERS: Final = frozenset("\u200c\u200d")
 """Invisible characters that words of some scripts and emoji contain; no other invisible character passes."""
 _CUT: Final = " … "
+_FORMULA: Final = ("=", "+", "-", "@", "\t", "\r", "＝", "＋", "－", "＠")
+"""Beginnings of a cell that spreadsheets take for a formula, also in the wide forms."""
 
 
 def one_line(text: object, longest: int = LONGEST) -> str:
@@ -29,6 +31,14 @@ def one_line(text: object, longest: int = LONGEST) -> str:
 def plot_text(text: object, longest: int = LONGEST) -> str:
     """Return ``text`` as ``one_line`` gives it, for Matplotlib: a dollar sign begins no formula."""
     return one_line(text, longest).replace("$", r"\$")
+
+
+def csv_cell(value: object) -> object:
+    """Return a cell of a table as a spreadsheet shows it: text that would be a formula there gets an apostrophe.
+
+    Source: OWASP, CSV Injection.
+    """
+    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.errors import InputError, SssiError
+from sssi_exudyn.core.text import csv_cell
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.assemble import import_recording
 from sssi_exudyn.importing.motion_formats import MOTION_READERS
@@ -143,5 +144,5 @@ def _csv(rows: Sequence[ImportedRun]) -> str:
     writer.writerow(names)
     for row in rows:
         values: Mapping[str, object] = vars(row)
-        writer.writerow(["" if values[name] is None else values[name] for name in names])
+        writer.writerow(["" if values[name] is None else csv_cell(values[name]) for name in names])
     return text.getvalue()

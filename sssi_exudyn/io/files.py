@@ -11,12 +11,15 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import BinaryIO
+from typing import BinaryIO, Final
 
 import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.bounds import MAX_BYTES, MAX_LINE, MAX_LINES
+
+_PIECE: Final = 1_000_000
+"""Bytes that are read at once where a file is not needed whole."""
 
 
 def inside(folder: Path, name: str, file: Path, place: str, limit: int = MAX_BYTES) -> Path:
@@ -88,11 +91,8 @@ def read_bytes(path: Path, limit: int = MAX_BYTES) -> bytes:
 
     Raises InputError where the file cannot be read, is empty or has more than ``limit`` bytes.
     """
-    with open_regular(path) as stream:
-        try:
-            data = stream.read(limit + 1)  # bounded even if the file grows meanwhile
-        except OSError as error:
-            raise InputError(path, "", f"the file {_reason(error)}", "put it there or correct its path") from None
+    with open_regular(path) as stream, _clear_errors(path):
+        data = stream.read(limit + 1)  # bounded even if the file grows meanwhile
     if not data.strip():
         raise InputError(path, "", "the file is empty", "export it again")
     if len(data) > limit:
@@ -126,9 +126,30 @@ def read_text(path: Path, limit: int = MAX_BYTES) -> str:
     return text
 
 
-def sha256(path: Path) -> str:
-    """Return ``"sha256:<hex>"`` of a file's bytes."""
-    return "sha256:" + hashlib.sha256(read_bytes(path)).hexdigest()
+def sha256(path: Path, limit: int = MAX_BYTES) -> str:
+    """Return ``"sha256:<hex>"`` of a file's bytes, which are read piece by piece.
+
+    Raises InputError where the file cannot be read, is empty or has more than ``limit`` bytes.
+    """
+    digest, left = hashlib.sha256(), limit
+    with open_regular(path) as stream, _clear_errors(path):
+        while piece := stream.read(min(left + 1, _PIECE)):
+            digest.update(piece)
+            left -= len(piece)
+            if left < 0:
+                raise InputError(path, "", f"the file has more than {limit / 1e6:.0f} MB", "cut it to the run")
+    if left == limit:
+        raise InputError(path, "", "the file is empty", "export it again")
+    return "sha256:" + digest.hexdigest()
+
+
+@contextmanager
+def _clear_errors(path: Path) -> Iterator[None]:
+    """Turn what the system says while a file is read into one clear InputError."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(path, "", f"the file {_reason(error)}", "put it there or correct its path") from None
 
 
 def _reason(error: Exception) -> str:

@@ -357,7 +357,7 @@ def _read_elevations(
     if datum not in _DATUMS:
         raise InputError(toml, "[terrain] datum", f"{datum!r} is not known", f"write one of: {', '.join(_DATUMS)}")
     name = text_of(table, "file", toml, "[terrain]")
-    hashes[name] = sha256(inside(folder, name, toml, "[terrain] file", LARGEST))
+    hashes[name] = sha256(inside(folder, name, toml, "[terrain] file", LARGEST), LARGEST)
     numbers = numbers_of(Elevations, table, toml, "[terrain]", optional=("sigma", "geoid_height"))
     if "geoid_height" in numbers and datum != "geoid":
         raise InputError(
@@ -378,9 +378,7 @@ def _with_runs(recording: Recording, settings: Settings) -> Recording:
     runs, hashes, known = [], dict(recording.hashes), {folder.resolve()}
     for name in names:
         shown = repr(one_line(name, _LONGEST_NOTICE))
-        if "\0" in name or not (folder / name).is_dir():
-            raise InputError(toml, place, f"there is no folder {shown}", "write its path as seen from this folder")
-        other_folder, others = _read_settings(folder / name)
+        other_folder, others = _read_settings(_beside(folder, name, toml, place))
         if other_folder.resolve() in known:
             raise InputError(toml, place, f"{shown} is this run or named before", "leave it out")
         known.add(other_folder.resolve())
@@ -394,6 +392,22 @@ def _with_runs(recording: Recording, settings: Settings) -> Recording:
         runs.append(other)
         hashes |= {f"{name}/{file}": digest for file, digest in other.hashes.items()}
     return replace(recording, runs=tuple(runs), hashes=hashes)
+
+
+def _beside(folder: Path, name: str, toml: Path, place: str) -> Path:
+    """Return the folder of another run, which has to be in the same folder as this one, links followed.
+
+    A recording may come from someone else: it names what lies next to it, nothing farther away.
+    """
+    shown = repr(one_line(name, _LONGEST_NOTICE))
+    try:
+        path, around = (folder / name).resolve(), folder.resolve().parent
+    except (OSError, RuntimeError, ValueError):  # a loop of links, a NUL
+        path, around = Path(), folder
+    if path.parent != around or not path.is_dir():
+        problem = f"there is no folder {shown} next to this recording"
+        raise InputError(toml, place, problem, 'put the runs of a slope into one folder, and write "../other_run"')
+    return folder / name
 
 
 def _apart(gps: Gps, other: Gps) -> float:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import os
 import secrets
+import shutil
 import stat
 import tempfile
 from functools import cache
@@ -63,7 +65,9 @@ def _is_private(folder: Path) -> bool:
 
 @cache
 def _folder_of_this_process() -> Path:
-    return Path(tempfile.mkdtemp(prefix="sssi_exudyn_"))
+    folder = Path(tempfile.mkdtemp(prefix="sssi_exudyn_"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
 
 
 @cache

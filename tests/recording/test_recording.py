@@ -122,6 +122,11 @@ def north(metres: float) -> dict[str, Array]:
 RUNS: dict[str, tuple[str, str]] = {
     "none there": (with_runs("../none"), "no folder '../none'"),
     "a file": (with_runs("gps.csv"), "no folder 'gps.csv'"),
+    "farther away": (with_runs("../../out/other"), "no folder '../../out/other' next to this recording"),
+    "by its whole path": (with_runs("/"), "no folder '/' next to"),
+    "above": (with_runs(".."), "no folder '..' next to"),
+    "within": (with_runs("inner"), "no folder 'inner' next to"),
+    "behind a link that leads away": (with_runs("../link"), "no folder '../link' next to"),
     "itself": (with_runs("."), "is this run or named before"),
     "twice": (with_runs("../near", "../near/../near"), "is this run or named before"),
     "without fixes": (with_runs("../blind"), "'../blind' has no fixes"),

@@ -22,6 +22,8 @@ _KNOT: Final = 1852.0 / 3600.0
 _KINDS: Final = ("GGA", "RMC", "GST")
 _SENTENCE: Final = re.compile(r"\$..(...)[^$*]*(\*[0-9A-Fa-f]{2})?")
 """A sentence to its checksum: loggers put a clock of their own before and after it."""
+_LEAP: Final = re.compile(r"([01]\d|2[0-3])([0-5]\d)(60(?:\.\d+)?)")
+"""A time of day, hhmmss, whose second is 60; some receivers also round to it."""
 _NO_MEASUREMENT: Final = (6, 7, 8)
 """Qualities of a place that was estimated, typed in or simulated."""
 _UNKNOWN_DILUTION: Final = 50.0
@@ -46,6 +48,7 @@ class _Log:
     sentences: int = 0
     torn: list[str] = field(default_factory=list)
     without_fix: list[str] = field(default_factory=list)
+    unmeasured: list[str] = field(default_factory=list)
     poor: list[str] = field(default_factory=list)
 
 
@@ -75,8 +78,10 @@ def fixes_nmea(path: Path) -> Fixes:
     repairs = Repairs(path)
     fix = "record again with a lower rate or faster port"
     repairs.add("sentence(s) that are torn", log.torn, log.sentences, most=_TORN, fix=fix)
-    for words, places in (("without a fix", log.without_fix), ("marked as not exact", log.poor)):
-        repairs.add(f"sentence(s) {words}", places, log.sentences, most=UNKNOWN)
+    repairs.add("sentence(s) without a fix", log.without_fix, log.sentences, most=UNKNOWN)
+    words, fix = "sentence(s) of places that were estimated, typed in or simulated", "log what the receiver measures"
+    repairs.add(words, log.unmeasured, log.sentences, most=UNKNOWN, fix=fix)
+    repairs.add("sentence(s) marked as not exact", log.poor, log.sentences, most=UNKNOWN)
     if len(log.moments) < 3:
         raise InputError(
             path, "", f"{len(log.moments)} GGA sentences with a fix are no recording", "log GGA (and RMC) of the run"
@@ -86,10 +91,9 @@ def fixes_nmea(path: Path) -> Fixes:
 
 def _add_sentence(log: _Log, sentence: Any, number: int) -> None:  # Any: the library makes its classes from a table
     kind = sentence.sentence_type
-    if kind not in _KINDS or not isinstance(sentence.timestamp, time):
+    if kind not in _KINDS or not sentence.timestamp:  # before the receiver knows the time
         return
-    clock = sentence.timestamp
-    moment = clock.hour * 3600.0 + clock.minute * 60.0 + clock.second + 1e-6 * clock.microsecond + 86400.0 * log.days
+    moment = _time_of_day(sentence.timestamp) + 86400.0 * log.days
     if log.moments and moment < log.moments[-1] - 43200.0:  # past midnight
         log.days += 1
         moment += 86400.0
@@ -102,16 +106,31 @@ def _add_sentence(log: _Log, sentence: Any, number: int) -> None:  # Any: the li
             log.first_day = sentence.datestamp - timedelta(days=log.days)
         if sentence.status == "A":
             log.speed_course[moment] = (_KNOT * _number(sentence.spd_over_grnd), _number(sentence.true_course))
-    elif not sentence.gps_qual or int(sentence.gps_qual) in _NO_MEASUREMENT:
+    elif not sentence.gps_qual:
         log.without_fix.append(f"line {number}")
+    elif int(sentence.gps_qual) in _NO_MEASUREMENT:
+        log.unmeasured.append(f"line {number}")
     elif _number(sentence.horizontal_dil) >= _UNKNOWN_DILUTION:
         log.poor.append(f"line {number}")
     else:
-        unit = _UNITS[sentence.altitude_units or "M"] if sentence.altitude_units in ("", None, *_UNITS) else np.nan
+        unit = _UNITS.get((sentence.altitude_units or "M").upper(), np.nan)
         place = (float(sentence.latitude), float(sentence.longitude), unit * _number(sentence.altitude))
         log.moments.append(moment)
         log.lines.append(number)
         log.places.append(place)
+
+
+def _time_of_day(stamp: time | str) -> float:
+    """Return the seconds since midnight; the library leaves a stamp as text where its second is 60, in a leap second.
+
+    Raises ValueError for other text.
+    """
+    if isinstance(stamp, time):
+        return stamp.hour * 3600.0 + stamp.minute * 60.0 + stamp.second + 1e-6 * stamp.microsecond
+    match = _LEAP.fullmatch(stamp)
+    if match is None:
+        raise ValueError(stamp)
+    return 3600.0 * int(match[1]) + 60.0 * int(match[2]) + float(match[3])
 
 
 def _number(text: Any) -> float:  # Any: the library gives a number, a text or nothing

@@ -239,7 +239,11 @@ LOGS: dict[str, tuple[str, int, str]] = {
     ),
     "a logger's clock before it": ("\n".join(f"12:00:01.25 > {line}" for line in sentences(str).split("\n")), 81, ""),
     "dilution 99.99": (sentences(quality(",1,03,99.99,")), 81, "3 of 243 sentence(s) marked as not exact"),
-    "dead reckoning": (sentences(quality(",6,00,0.8,")), 81, "3 of 243 sentence(s) without a fix"),
+    "no fix": (sentences(quality(",0,00,0.8,")), 81, "3 of 243 sentence(s) without a fix"),
+    "quality left empty": (sentences(quality(",,00,0.8,")), 81, "3 of 243 sentence(s) without a fix"),
+    "dead reckoning": (sentences(quality(",6,00,0.8,")), 81, "3 of 243 sentence(s) of places that were estimated"),
+    "typed in": (sentences(quality(",7,00,0.8,")), 81, "3 of 243 sentence(s) of places that were estimated"),
+    "a simulator": (sentences(quality(",8,00,0.8,")), 81, "3 of 243 sentence(s) of places that were estimated"),
 }
 
 
@@ -258,6 +262,39 @@ def test_altitude_in_feet_by_its_own_unit(tmp_path: Path) -> None:
     gps = read(tmp_path, "a.nmea", feet)
     whole = read(tmp_path, "b.nmea", sentences(str))
     assert np.ptp(gps.enu[:, 2]) == pytest.approx(0.3048 * np.ptp(whole.enu[:, 2]), rel=1e-3)
+
+
+def test_altitudes_in_feet_by_a_small_letter(tmp_path: Path) -> None:
+    feet = sentences(lambda line: line.replace(",M,48.0", ",f,48.0"))
+    large = sentences(lambda line: line.replace(",M,48.0", ",F,48.0"))
+    np.testing.assert_array_equal(read(tmp_path, "a.nmea", feet).enu, read(tmp_path, "b.nmea", large).enu)
+
+
+@pytest.mark.parametrize("mark", ["6", "8"])
+def test_a_log_of_places_that_nobody_measured_is_refused(tmp_path: Path, mark: str) -> None:
+    log = sentences(lambda line: line.replace(",4,12,0.8,", f",{mark},12,0.8,"))
+    fixes_alone = "\n".join(line for line in log.split("\n") if "GGA" in line)
+    with pytest.raises(InputError, match="estimated, typed in or simulated.*log what the receiver measures"):
+        read(tmp_path, "a.nmea", fixes_alone)
+
+
+def second_60(line: str) -> str:
+    """Write the first whole minute as second 60 of the one before, as in a leap second."""
+    return line.replace(",000000.", ",235960.")
+
+
+def test_second_60_is_the_next_minutes_first(tmp_path: Path) -> None:
+    text = sentences(str)
+    leap = sentences(second_60)
+    assert leap.count(",235960.") > 3
+    np.testing.assert_allclose(read(tmp_path, "a.nmea", leap).enu, read(tmp_path, "b.nmea", text).enu, atol=1e-9)
+    assert read(tmp_path, "a.nmea", leap).notes == read(tmp_path, "a.nmea", text).notes
+
+
+@pytest.mark.parametrize("clock", ["235961.00", "236060.00", "24:00:60", "60"])
+def test_a_second_that_no_clock_has_is_torn(tmp_path: Path, clock: str) -> None:
+    log = sentences(lambda line: line.replace(",000000.00,", f",{clock},"))
+    assert any("torn" in note for note in read(tmp_path, "a.nmea", log).notes)
 
 
 UNUSED: dict[str, Callable[[int], str]] = {
