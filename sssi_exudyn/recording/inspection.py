@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -11,6 +12,7 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import plot_text
+from sssi_exudyn.io.writing import check_file_name, write_atomically
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.recording.slope_and_heading import estimate_slope_and_heading
 
@@ -167,6 +169,7 @@ def plot_inspection(recording: Recording, path: Path) -> None:
 
 def picture(path: Path, size: tuple[float, float]) -> Figure:
     """Return an empty figure (inches) for an image file.  Raises InputError where ``path`` does not end as one."""
+    check_file_name(path)
     if path.suffix.lower() not in _PICTURES or path.is_dir():
         problem = "this is a folder" if path.is_dir() else f"{path.suffix!r} is no picture format"
         raise InputError(path, "", problem, "write a .png, .svg or .pdf")
@@ -180,10 +183,9 @@ def picture(path: Path, size: tuple[float, float]) -> Figure:
 
 def save_picture(figure: Figure, path: Path) -> None:
     """Write a figure to a file.  Raises InputError where the file cannot be written."""
-    try:
-        figure.savefig(path, dpi=120)
-    except OSError as error:
-        raise InputError(path, "", f"cannot be written ({error.strerror})", "choose another place") from None
+    content = io.BytesIO()
+    figure.savefig(content, format=path.suffix.lower().removeprefix("."), dpi=120)
+    write_atomically(path, content.getvalue())
 
 
 def _instrument(name: str, time: Array) -> Instrument:

@@ -157,11 +157,11 @@ def write_result(
         Raises InputError when the folder cannot be written or another process is writing it.
     """
     with _replacement(folder, None) as new:
-        series.to_parquet(new / SERIES, index=False)
+        _write_parquet(new / SERIES, series)
         write_model(new, model, model_files or {})
         for name, table in ((MEASURED, measured), (TURNS[1], turns), (SECOND_HALF, second_half), (DRAWS, draws)):
             if table is not None:
-                table.to_parquet(new / name, index=False)
+                _write_parquet(new / name, table)
         if turns is not None:
             turns.to_csv(new / TURNS[0], index=False)
         for name, value in ((SKELETON, skeleton), (DIAGNOSIS, diagnosis)):
@@ -172,6 +172,11 @@ def write_result(
         (new / SUMMARY).write_text(to_json(summary_to_dict(summary)), encoding="utf-8")
         if render is not None:
             (new / REPORT).write_text(render(new), encoding="utf-8")
+
+
+def _write_parquet(path: Path, table: pd.DataFrame) -> None:
+    with path.open("wb") as file:  # Arrow opens no path that is not UTF-8
+        table.to_parquet(file, index=False)
 
 
 def write_model(folder: Path, model: Mapping[str, Any], files: Mapping[str, bytes]) -> None:
@@ -208,7 +213,7 @@ def amend_result(
             if table is None:
                 (new / name).unlink(missing_ok=True)
             else:
-                table.to_parquet(new / name, index=False)
+                _write_parquet(new / name, table)
         for name, text in (texts or {}).items():
             (new / name).write_text(text, encoding="utf-8")
         (new / REPORT).write_text(render(new), encoding="utf-8")

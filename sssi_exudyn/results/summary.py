@@ -160,7 +160,7 @@ class UncertaintyFigures:
             wide = self.widened or 1.0
             widened = f"; intervals are {wide:.1f} times as wide for it" if wide > 1.0 else ""
             doubts.append(
-                f"residual of the {kind}: {times:.1f} times the usual noise{widened}; check its time_offset_s and its unit"
+                f"residual of the {kind}: {times:.1f} times the usual noise{widened}; check time_offset_s and unit"
             )
         if not self.fits_priors:
             worst = self.largest[0]

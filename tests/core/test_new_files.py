@@ -27,7 +27,7 @@ def test_a_pipe_is_replaced_and_not_waited_for(tmp_path: Path) -> None:
 
 def test_a_folder_is_none_of_its_files(tmp_path: Path) -> None:
     (tmp_path / "file").mkdir()
-    with pytest.raises(OSError, match="irectory|permitted"):
+    with pytest.raises(OSError, match=r"irectory|permitted"):
         open_new(tmp_path / "file")
 
 

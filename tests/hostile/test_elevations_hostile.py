@@ -1,4 +1,4 @@
-"""Elevation models of strangers: nothing next to them is opened, nothing is fetched, memory is bounded, faults are one line."""
+"""Elevation models of strangers: nothing beside them is opened or fetched, memory is bounded, faults are one line."""
 
 from __future__ import annotations
 

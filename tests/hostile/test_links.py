@@ -59,7 +59,7 @@ def test_a_link_in_the_place_of_a_folder_or_file_is_refused(
     link = tmp_path / "out" / place
     link.parent.mkdir(parents=True)
     link.symlink_to(outside / target)
-    with pytest.raises((InputError, OSError), match="is a link|exists"):
+    with pytest.raises((InputError, OSError), match=r"is a link|exists"):
         write(tmp_path / "out")
     check_untouched(outside)
 

@@ -274,7 +274,7 @@ def test_altitudes_in_feet_by_a_small_letter(tmp_path: Path) -> None:
 def test_a_log_of_places_that_nobody_measured_is_refused(tmp_path: Path, mark: str) -> None:
     log = sentences(lambda line: line.replace(",4,12,0.8,", f",{mark},12,0.8,"))
     fixes_alone = "\n".join(line for line in log.split("\n") if "GGA" in line)
-    with pytest.raises(InputError, match="estimated, typed in or simulated.*log what the receiver measures"):
+    with pytest.raises(InputError, match=r"estimated, typed in or simulated.*log what the receiver measures"):
         read(tmp_path, "a.nmea", fixes_alone)
 
 
