@@ -7,6 +7,7 @@ are one line on stderr, where progress is shown too; stdout holds only the resul
 from __future__ import annotations
 
 import argparse
+import errno
 import io
 import os
 import sys
@@ -15,14 +16,18 @@ import warnings
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import NoReturn
+from typing import Final, NoReturn
 
 from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.runtime.interrupts import INTERRUPTED, end_on_interrupt
+from sssi_exudyn.runtime.posix import posix_module
 from sssi_exudyn.runtime.progress import progress_on_stderr
 from sssi_exudyn.terminal import table
 from sssi_exudyn.terminal.command import Command, parser_of
+
+_ADDRESSES: Final = 1_000_000_000
+"""Least limit of addresses, bytes: with two threads a simulation of 11 s takes 1.2 GB of them, and 0.5 GB of memory."""
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -97,6 +102,8 @@ def _status(options: argparse.Namespace) -> int:
     except SssiError as error:
         return _fail(options, 1, str(error))
     except Exception as error:  # noqa: BLE001 - the last line of defence; --debug shows the traceback
+        if _is_short_of_memory(error):
+            return _fail(options, 1, "there is not enough memory; end other programs, or raise the limit (ulimit -v)")
         if isinstance(error, ImportError) and "libGL" in str(error):
             return _fail(
                 options, 1, "Exudyn needs the OpenGL library libGL.so.1; on Debian: sudo apt-get install libgl1"
@@ -106,9 +113,31 @@ def _status(options: argparse.Namespace) -> int:
     return 0
 
 
+def _is_short_of_memory(error: Exception) -> bool:
+    """Tell whether memory was refused, to Python or to a library as it was loaded."""
+    if isinstance(error, ImportError):
+        return any(words in str(error).lower() for words in ("failed to map segment", "cannot allocate memory"))
+    return isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM)
+
+
+def _check_addresses() -> None:
+    """Raise SssiError where the addresses of this process are bounded to less than its libraries take.
+
+    Some of them wait without end for what they are refused.
+    """
+    resource = posix_module("resource")
+    if resource is None:
+        return
+    bound = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if bound != resource.RLIM_INFINITY and bound < _ADDRESSES:
+        problem = f"the limit of {bound / 1e6:.0f} MB (ulimit -v) is less than the program's libraries take"
+        raise SssiError(f"{problem}; raise it to {_ADDRESSES / 1e6:.0f} MB or more")
+
+
 def _perform(options: argparse.Namespace) -> str:
     """Load what the command needs, call its function, and return the result as text for stdout."""
     command: Command = options.chosen
+    _check_addresses()
     with end_on_interrupt():  # here, so that --help and --version answer at once
         from sssi_exudyn.runtime.exudyn_build import take_fast_build
 

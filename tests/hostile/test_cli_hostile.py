@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import signal
@@ -9,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -17,6 +19,7 @@ from tiny import Tiny
 
 from sssi_exudyn import cli
 from sssi_exudyn.reports.report import write_run
+from sssi_exudyn.terminal import table
 
 MODULE = [sys.executable, "-m", "sssi_exudyn"]
 
@@ -69,6 +72,40 @@ def test_a_terminal_of_another_encoding_gets_every_result(without_fixes: Path, e
     assert done.returncode == 0, done.stderr
     assert done.stderr == b""
     assert b"H" in done.stdout
+
+
+@pytest.mark.parametrize("megabytes", [50, 200, 600, 950])
+def test_too_few_addresses_are_one_line(without_fixes: Path, megabytes: int) -> None:
+    command = f"import resource; resource.setrlimit(resource.RLIMIT_AS, ({megabytes}000000,) * 2)\n"
+    program = command + "from sssi_exudyn.__main__ import start; start()"
+    started = [sys.executable, "-c", program, "inspect", str(without_fixes)]
+    done = subprocess.run(started, check=False, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    line = (
+        f"sssi: the limit of {megabytes} MB (ulimit -v) is less than the program's libraries take; raise it to 1000 MB"
+    )
+    assert done.stderr == f"{line} or more\n"
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        MemoryError("Unable to allocate 1.31 MiB"),
+        ImportError("libblas.so: failed to map segment from shared object"),
+        OSError(errno.ENOMEM, "Cannot allocate memory"),
+    ],
+)
+def test_memory_that_ends_is_one_line(
+    error: Exception, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def inspect(*_: object) -> None:
+        raise error
+
+    changed = [replace(one, call=inspect) if one.words == "inspect" else one for one in table.COMMANDS]
+    monkeypatch.setattr(table, "COMMANDS", tuple(changed))
+    status, shown = end_of(["inspect", "folder"], capsys)
+    assert status == 1
+    assert shown == "sssi: there is not enough memory; end other programs, or raise the limit (ulimit -v)\n"
 
 
 @pytest.mark.parametrize("shell", [">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"])

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import tomli_w
-from tiny import AZIMUTH_DEG, HEADING_DEG, INCLINATION_DEG, TOML, Tiny, loads, motion
+from tiny import AZIMUTH_DEG, HEADING_DEG, INCLINATION_DEG, ORIGIN, TOML, Tiny, loads, motion
 
 from sssi_exudyn.bodies.ski.ski import read_ski, ski_to_table
 from sssi_exudyn.core.errors import InputError
@@ -100,6 +100,30 @@ def test_own_ski_file_is_read_from_the_folder_and_hashed(tmp_path: Path) -> None
     assert "skis/mine.toml" in recording.hashes
 
 
+def slope_of_60_megabytes(path: Path) -> None:
+    """Write the plane under the tiny run as an elevation model, with cells of a metre."""
+    rasterio = pytest.importorskip("rasterio")
+    cells, size = 3900, 1e-5
+    row, column = np.ogrid[0:cells, 0:cells]
+    down = np.cos(np.radians(AZIMUTH_DEG)) * -(row - cells / 2) * 1.112
+    down = down + np.sin(np.radians(AZIMUTH_DEG)) * (column - cells / 2) * 1.112 * np.cos(np.radians(ORIGIN[0]))
+    heights = (ORIGIN[2] - np.tan(np.radians(INCLINATION_DEG)) * down).astype("float32")
+    corner = (ORIGIN[1] - size * cells / 2, ORIGIN[0] + size * cells / 2)
+    transform = rasterio.transform.from_origin(*corner, size, size)
+    about = {"width": cells, "height": cells, "count": 1, "dtype": "float32", "crs": "EPSG:4326"}
+    with rasterio.open(path, "w", driver="GTiff", transform=transform, **about) as dataset:
+        dataset.write(heights, 1)
+
+
+def test_an_elevation_model_of_a_recording_may_be_as_large_as_any(tmp_path: Path) -> None:
+    folder = Tiny(toml=TOML + '\n[terrain]\nfile = "dem.tif"\n').write(tmp_path)
+    slope_of_60_megabytes(folder / "dem.tif")
+    assert (folder / "dem.tif").stat().st_size > MAX_BYTES
+    recording = read_recording(folder)
+    assert recording.hashes["dem.tif"] == f"sha256:{hashlib.sha256((folder / 'dem.tif').read_bytes()).hexdigest()}"
+    assert not [notice for notice in recording.notices if "dem.tif" in notice]
+
+
 def with_runs(*names: str) -> str:
     return TOML + f"\n[terrain]\nruns = {list(names)}\n"
 
@@ -145,6 +169,9 @@ def test_runs_that_show_nothing_of_the_slope_are_refused(tmp_path: Path, fault: 
     Tiny(gps=north(90.0)).write(tmp_path / "near")
     Tiny(gps=north(250.0)).write(tmp_path / "far")  # the path is 64 m long
     Tiny(toml=TOML.split("[gps]")[0]).write(tmp_path / "blind")
+    Tiny(gps=north(90.0)).write(tmp_path / "run" / "inner")
+    Tiny(gps=north(90.0)).write(tmp_path / "out" / "other")
+    (tmp_path / "link").symlink_to(tmp_path / "out" / "other")
     error = caught(Tiny(toml=toml).write(tmp_path / "run"))
     assert error.place.startswith("[terrain]")
     assert problem in str(error)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import stat
 import subprocess
 import sys
@@ -19,6 +20,17 @@ def test_a_folder_that_cannot_be_is_replaced_by_one_for_this_process(
     monkeypatch.setenv("SSSI_CACHE_DIR", str(tmp_path / "file" / "cache"))
     assert cache_folder().is_dir()
     assert cache_folder() == cache_folder()
+
+
+def test_a_folder_for_this_process_goes_with_it(tmp_path: Path) -> None:
+    for name in ("shared", "temporary"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "shared").chmod(0o777)
+    program = "from sssi_exudyn.runtime.private_folder import cache_folder as f; (f() / 'kept').mkdir(); print(f())"
+    environment = os.environ | {"SSSI_CACHE_DIR": str(tmp_path / "shared"), "TMPDIR": str(tmp_path / "temporary")}
+    done = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True, env=environment)
+    assert Path(done.stdout.strip()).parent == tmp_path / "temporary"
+    assert list((tmp_path / "temporary").iterdir()) == []
 
 
 def test_every_process_of_the_user_has_the_same_secret(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
