@@ -336,7 +336,7 @@ class Outcome:
 
     @property
     def believable_fit(self) -> Fit:
-        """How the fit ended, without standard errors where its residuals contradict them."""
+        """Return how the fit ended, without standard errors where its residuals contradict them."""
         if self.uncertainty is None or self.uncertainty.withheld is None:
             return self.fit
         parameters = {name: replace(estimate, se=None) for name, estimate in (self.fit.parameters or {}).items()}
@@ -344,7 +344,7 @@ class Outcome:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What the fit says against its own results, in sentences."""
+        """Return what the fit says against its own results, in sentences."""
         ended = () if self.fit.converged is not False else (f"the fit did not converge: {self.fit.reason}",)
         return (*ended, *(() if self.uncertainty is None else self.uncertainty.doubts))
 

@@ -153,7 +153,7 @@ class UncertaintyFigures:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What the fit's own figures say against its results, in sentences."""
+        """Return what the fit's own figures say against its results, in sentences."""
         doubts = [] if self.withheld is None else [self.withheld]
         if self.missed is not None and self.withheld is None:
             kind, times = self.missed

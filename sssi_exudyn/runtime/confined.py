@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Timer
-from typing import BinaryIO, Final
+from typing import IO, Final
 
 from sssi_exudyn.runtime.posix import pages, posix_module
 
@@ -60,7 +60,7 @@ def confined(module: str, file: Path, environment: Mapping[str, str]) -> Iterato
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-        env=os.environ | {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"} | environment,
+        env=os.environ | {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"} | dict(environment),
     ) as process:
         try:
             yield Confined(process)
@@ -101,12 +101,12 @@ def _limit(memory: int, seconds: int) -> None:
         resource.setrlimit(kind, (least, least))
 
 
-def _send(stream: BinaryIO, message: bytes) -> None:
+def _send(stream: IO[bytes], message: bytes) -> None:
     stream.write(len(message).to_bytes(_LENGTH, "little") + message)
     stream.flush()
 
 
-def _receive(stream: BinaryIO) -> bytes:
+def _receive(stream: IO[bytes]) -> bytes:
     """Read one message.  Raises OSError where the stream ends before it, or it is longer than any."""
     length = int.from_bytes(_read(stream, _LENGTH), "little")
     if length > _LONGEST:
@@ -114,7 +114,7 @@ def _receive(stream: BinaryIO) -> bytes:
     return _read(stream, length)
 
 
-def _read(stream: BinaryIO, count: int) -> bytes:
+def _read(stream: IO[bytes], count: int) -> bytes:
     content = stream.read(count)
     if len(content) < count:
         raise OSError("the stream ended")

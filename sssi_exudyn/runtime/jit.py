@@ -57,7 +57,7 @@ def compile_entry(signature: Any, entry: Callable[..., None]) -> Any:
     try:
         return decorate(entry)
     except Exception:  # noqa: BLE001  of a damaged file, or of the function itself, which is then raised again
-        compiled = numba.cfunc(signature, error_model="numpy")(entry)
+        compiled: Any = numba.cfunc(signature, error_model="numpy")(entry)
         compiled.enable_caching()
         compiled._cache.flush()
         return compiled

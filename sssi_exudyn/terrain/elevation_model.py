@@ -83,11 +83,11 @@ def _isolate(path: Path, alone: Path) -> Path:
         alone.symlink_to(path.resolve())
     except OSError:  # Windows allows links to administrators only
         shutil.copyfile(path, alone)
-    beside = [path.with_suffix(suffix) for suffix in _PROJECTIONS if os.path.lexists(path.with_suffix(suffix))]
-    if alone.suffix == ".asc" and beside:
-        inside(path.parent, beside[0].name, path, "", _LARGEST_PRJ)
-        text = read_bytes(beside[0], _LARGEST_PRJ)
-        check_coordinate_system(beside[0], "", text.decode("latin-1"))
+    projections = [path.with_suffix(suffix) for suffix in _PROJECTIONS if os.path.lexists(path.with_suffix(suffix))]
+    if alone.suffix == ".asc" and projections:
+        inside(path.parent, projections[0].name, path, "", _LARGEST_PRJ)
+        text = read_bytes(projections[0], _LARGEST_PRJ)
+        check_coordinate_system(projections[0], "", text.decode("latin-1"))
         alone.with_suffix(".prj").write_bytes(text)
     return alone
 

@@ -37,11 +37,11 @@ def test_a_receivers_clock_that_is_seconds_wrong_leaves_no_interval(insoles: boo
     begin = motion.start + max(late, 0.0)
     motion = replace(motion, start=begin, stop=begin + SECONDS)
     model = on_snow_surface(model_of(recording, motion), recording, motion)
-    found = estimate(problem_of(recording, motion, model, "joint"), recording, motion, full=False)
-    words = why_unidentified(found.posterior)
+    estimated = estimate(problem_of(recording, motion, model, "joint"), recording, motion, full=False)
+    words = why_unidentified(estimated.posterior)
     assert "does not identify friction: the track is missed by" in words
     assert "noise of such a receiver is 0.064 m at most" in words  # 3.2 times its 0.02 m (FixNoise)
-    figures = uncertainty_figures(found.posterior)
+    figures = uncertainty_figures(estimated.posterior)
     assert figures.interval_90 == {}
     assert figures.shares == {}
     assert figures.doubts[0] == figures.withheld == words
@@ -53,8 +53,8 @@ def test_a_sole_s_clock_that_is_seconds_wrong_widens_the_interval_and_is_said() 
     recording = with_wrong_clock("insoles", 3.0)
     motion = replace(motion, start=motion.start + 3.0, stop=motion.start + 3.0 + SECONDS)
     model = on_snow_surface(model_of(recording, motion), recording, motion)
-    found = estimate(problem_of(recording, motion, model, "joint"), recording, motion, full=False)
-    figures = uncertainty_figures(found.posterior)
+    estimated = estimate(problem_of(recording, motion, model, "joint"), recording, motion, full=False)
+    figures = uncertainty_figures(estimated.posterior)
     assert figures.withheld is None  # the track is as it should be
     assert figures.interval_90["mu_n"].low < 0.55 < figures.interval_90["mu_n"].high
     assert any("intervals are" in words and "times as wide" in words for words in figures.doubts)
