@@ -7,10 +7,13 @@ recording has wrong: a clock, the skier, the skis.  No noise describes it, so no
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
+from sssi_exudyn.fitting.estimate import Estimated
+from sssi_exudyn.fitting.first_fit import Fitted
 from sssi_exudyn.fitting.noise import level_priors
 from sssi_exudyn.fitting.posterior import Posterior
 
@@ -32,3 +35,11 @@ def why_unidentified(posterior: Posterior) -> str:
         f"this recording does not identify friction: the track is missed by {missed:.2g} m (rms), and noise of such a"
         f" receiver is {bound:.2g} m at most; {_CHECK}"
     )
+
+
+def believable_fit(estimated: Estimated) -> Fitted:
+    """Return the fit, its covariance NaN where the residuals contradict it."""
+    fitted = estimated.fitted
+    if not why_unidentified(estimated.posterior):
+        return fitted
+    return replace(fitted, covariance=np.full_like(fitted.covariance, np.nan))

@@ -12,12 +12,13 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.errors import InputError, SssiError
+from sssi_exudyn.core.new_files import check_no_link
 from sssi_exudyn.core.text import csv_cell
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.assemble import import_recording
 from sssi_exudyn.importing.motion_formats import MOTION_READERS
 from sssi_exudyn.importing.sensor_logs import BAROMETER
-from sssi_exudyn.io.writing import folder_lock, write_atomically
+from sssi_exudyn.io.writing import clear_errors, folder_lock, write_atomically
 from sssi_exudyn.recording.instruments.gps import READERS
 from sssi_exudyn.recording.instruments.imu import PLACES
 from sssi_exudyn.recording.read import read_recording
@@ -106,6 +107,8 @@ def _usable(folder: Path) -> Iterator[Path]:
 
 def _import_one(name: str, files: Sequence[Path], out: Path, answers: Answers) -> ImportedRun:
     try:
+        with clear_errors(out):
+            check_no_link(out)
         if (out / FILE).exists():
             return _row(name, "there already", read_recording(out))
         return _row(name, "imported", import_recording(files, out, _named(answers, name)))

@@ -16,6 +16,7 @@ from sssi_exudyn.contact.registry import term_named
 from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
 from sssi_exudyn.fitting.first_fit import fit, problem_of
+from sssi_exudyn.fitting.misfit import believable_fit
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
@@ -155,7 +156,7 @@ def _compute(job: Job, run: SweepRun) -> tuple[Figures, AnyRun | None]:
             model = on_snow_surface(model, recording, motion)
         problem, full = problem_of(recording, motion, model, job.method), job.tier == "full"
         if is_estimated(recording, job.method):
-            return figures_of_fit(estimate(problem, recording, motion, full=full).fitted), None
+            return figures_of_fit(believable_fit(estimate(problem, recording, motion, full=full))), None
         return figures_of_fit(fit(problem, motion, job.method, full=full)), None
     simulated: AnyRun
     if job.tier == "full":

@@ -9,11 +9,12 @@ from bundled import bundled
 
 from sssi_exudyn.fitting.estimate import estimate
 from sssi_exudyn.fitting.first_fit import problem_of
-from sssi_exudyn.fitting.misfit import why_unidentified
+from sssi_exudyn.fitting.misfit import believable_fit, why_unidentified
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.results.uncertainty import uncertainty_figures
+from sssi_exudyn.sweeps.outputs import figures_of_fit
 
 SECONDS = 5.0
 
@@ -45,6 +46,9 @@ def test_a_receivers_clock_that_is_seconds_wrong_leaves_no_interval(insoles: boo
     assert figures.interval_90 == {}
     assert figures.shares == {}
     assert figures.doubts[0] == figures.withheld == words
+    row = figures_of_fit(believable_fit(estimated))
+    assert row["fitted_mu_n_se"] is None
+    assert row["fitted_mu_n"] == estimated.fitted.value("friction.mu_n")
 
 
 @pytest.mark.long(seconds=20)
@@ -56,5 +60,6 @@ def test_a_sole_s_clock_that_is_seconds_wrong_widens_the_interval_and_is_said() 
     estimated = estimate(problem_of(recording, motion, model, "joint"), recording, motion, full=False)
     figures = uncertainty_figures(estimated.posterior)
     assert figures.withheld is None  # the track is as it should be
+    assert believable_fit(estimated) == estimated.fitted
     assert figures.interval_90["mu_n"].low < 0.55 < figures.interval_90["mu_n"].high
     assert any("intervals are" in words and "times as wide" in words for words in figures.doubts)

@@ -9,10 +9,14 @@ from pathlib import Path
 import pyarrow as pa
 import pytest
 from a_run import a_run
+from tiny import Tiny
 
+from sssi_exudyn.commands.diagnosis import diagnose_day
 from sssi_exudyn.commands.runs import cache_in
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.new_files import unfinished
+from sssi_exudyn.importing.answers import Answers
+from sssi_exudyn.importing.many import import_many
 from sssi_exudyn.io.writing import folder_lock, write_atomically
 from sssi_exudyn.reports.report import write_run
 from sssi_exudyn.runtime.cache import Cache, fingerprint
@@ -61,6 +65,26 @@ def test_a_link_in_the_place_of_a_folder_or_file_is_refused(
     link.symlink_to(outside / target)
     with pytest.raises((InputError, OSError), match=r"is a link|exists"):
         write(tmp_path / "out")
+    check_untouched(outside)
+
+
+def test_a_link_in_the_place_of_an_imported_run_costs_that_run(tmp_path: Path, outside: Path) -> None:
+    for name in ("a", "b"):
+        made = Tiny().write(tmp_path / "season" / name)
+        (made / "recording.toml").unlink()
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "a").symlink_to(outside)
+    rows = import_many(tmp_path / "season", tmp_path / "out", Answers(mass_kg=70.0, height_m=1.65))
+    assert [row.status for row in rows] == ["failed", "imported"]
+    assert "is a link" in rows[0].error
+    check_untouched(outside)
+
+
+def test_a_link_in_the_place_of_a_days_run_is_refused(tmp_path: Path, outside: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "b").symlink_to(outside)
+    with pytest.raises(InputError, match="b is a link"):
+        diagnose_day([tmp_path / "a", tmp_path / "b"], tmp_path / "out")
     check_untouched(outside)
 
 

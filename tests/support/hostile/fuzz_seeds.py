@@ -78,7 +78,7 @@ def bundled(folder: Path) -> list[Seed]:
         cut(EXAMPLES / "intermediate", _FRAMES),
         Seed("tiny", small, "recording"),
         Seed("few", few, "recording", weight=0.1),
-        Seed("terrain", _with_elevations(small, folder / "dem"), "recording"),
+        Seed("terrain", _with_elevations(small, folder / "dem"), "recording", weight=0.3),  # it needs a process
     ]
     imported = list(_imports(tiny, few, folder))
     return [
