@@ -47,6 +47,26 @@ def gpx(columns: Columns) -> str:
     return f'<?xml version="1.0"?>\n<gpx version="1.1"><trk><trkseg>\n{points}</trkseg></trk></gpx>'
 
 
+def tcx(columns: Columns, *, speed: float = 8.1) -> str:
+    """Return two laps of a watch's track points, the first of which has no place yet."""
+    points = [f"<Trackpoint><Time>{START:%Y-%m-%dT%H:%M:%S.000Z}</Time></Trackpoint>\n"]
+    points += [
+        f"<Trackpoint><Time>{START + timedelta(seconds=float(time)):%Y-%m-%dT%H:%M:%S.%fZ}</Time><Position>"
+        f"<LatitudeDegrees>{lat:.9f}</LatitudeDegrees><LongitudeDegrees>{lon:.9f}</LongitudeDegrees></Position>"
+        f"<AltitudeMeters>{alt:.4f}</AltitudeMeters><HeartRateBpm><Value>120</Value></HeartRateBpm>"
+        f"<Extensions><ns3:TPX><ns3:Speed>{speed}</ns3:Speed></ns3:TPX></Extensions></Trackpoint>\n"
+        for time, lat, lon, alt in zip(*(columns[name] for name in columns), strict=True)
+    ]
+    half = len(points) // 2
+    laps = "".join(f"<Lap><Track>\n{''.join(part)}</Track></Lap>" for part in (points[:half], points[half:]))
+    spaces = 'xmlns="http://www.garmin.com/xmlschemas/TrainingCenterDatabase/v2" '
+    spaces += 'xmlns:ns3="http://www.garmin.com/xmlschemas/ActivityExtension/v2"'
+    return (
+        f'<?xml version="1.0"?>\n<TrainingCenterDatabase {spaces}><Activities><Activity Sport="Other">{laps}'
+        "</Activity></Activities></TrainingCenterDatabase>"
+    )
+
+
 def fit(columns: Columns, *, speed: float = 8.1) -> bytes:
     """Return records with timestamp, place, enhanced altitude and speed, and one without a place before them."""
     fields = ((253, 4, 0x86), (0, 4, 0x85), (1, 4, 0x85), (78, 4, 0x86), (73, 4, 0x86))

@@ -5,6 +5,7 @@ Each format has one reader.  Units are degrees and WGS84; time counts in seconds
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -43,8 +44,8 @@ _LOGGED: Final = {
 _FLAT: Final = ("east_m", "north_m")
 _EPOCH: Final = "time"
 """Sensor Logger's column of the time of day, ns since 1970."""
-_GPX: Final = ("lat", "lon", "ele", "speed", "course")
-"""Numbers of a track point, in the order of our columns."""
+_GPX: Final = ("time", "ele", "speed", "course")
+"""Elements of a track point, in the order of our columns."""
 _BEFORE_TEAR: Final = 10
 """Minimum number of points that are read of a file whose end is missing."""
 _UNSURE: Final = ("altitude_m", *OPTIONAL)
@@ -156,31 +157,52 @@ def _fixes_phone(path: Path, table: Table, names: dict[str, str]) -> Fixes:
 
 
 def fixes_gpx(path: Path) -> Fixes:
-    """Read the track points of a GPX 1.0 or 1.1 file; time counts from the first of them that has one.
+    """Read the track points of a GPX 1.0 or 1.1 file; see ``fixes_of_points``."""
+    return fixes_of_points(path, "trkpt", lambda point: [number_of(point.get(name)) for name in ("lat", "lon")], _GPX)
 
-    Points without place, ``ele`` or ``time`` are left out and noted, and so is a torn end.
+
+def fixes_of_points(path: Path, tag: str, place: Callable[[Element], list[float]], below: tuple[str, ...]) -> Fixes:
+    """Read the points of an XML file; time counts from the first of them that has one.
+
+    Points without place, height or time are left out and noted, and so is a torn end.
+
+    Parameters
+    ----------
+    tag : name of a point's element
+    place : function of a point that returns latitude and longitude, degrees, NaN where unknown
+    below : names of the elements that hold time, altitude and columns of ``OPTIONAL`` in their order
 
     Raises InputError for XML that ``elements`` refuses, fewer than three points, and more bad points than ``Repairs``
     allows.
     """
     rows: list[list[float]] = []
     repairs = Repairs(path)
+    clock, *others = below
     try:
-        for number, point in enumerate(elements(path, ("trkpt",)), 1):
-            check_samples(path, f"trkpt {number}", number, limit=MAX_FIXES)
-            rows.append([_gpx_time(point), *(_gpx_number(point, name) for name in _GPX)])
+        for number, point in enumerate(elements(path, (tag,)), 1):
+            check_samples(path, f"{tag} {number}", number, limit=MAX_FIXES)
+            moment = time_of(text_below(point, clock))
+            rows.append([moment, *place(point), *(number_of(text_below(point, name)) for name in others)])
     except TornMarkup as torn:
         if len(rows) < _BEFORE_TEAR:
             raise
         repairs.add_end("the file ends too early", torn.place, len(rows))
     if len(rows) < 3:
         raise InputError(path, "", f"{len(rows)} track points are no recording", "export the whole run as a track")
-    places = tuple(f"trkpt {number}" for number in range(1, len(rows) + 1))
-    values = np.array(rows)
-    if not np.any(np.isfinite(values[:, 0])):
-        raise InputError(path, places[0], "no time", "export the track with the time of every point")
-    zero = float(values[np.isfinite(values[:, 0]), 0][0])
-    return fixes_of_rows(repairs, values, places, "point(s)", zero, began=zero)
+    places = tuple(f"{tag} {number}" for number in range(1, len(rows) + 1))
+    return fixes_of_moments(repairs, np.array(rows), places, "point(s)")
+
+
+def fixes_of_moments(repairs: Repairs, values: Array, places: tuple[str, ...], records: str) -> Fixes:
+    """Make fixes of records (n, 4 to 7) whose times are UTC, s since 1970; see ``fixes_of_rows``.
+
+    Time counts from the first record that has one.  Raises InputError where none has.
+    """
+    timed = np.isfinite(values[:, 0])
+    if not np.any(timed):
+        raise InputError(repairs.path, places[0], "no time", "export the track with the time of every point")
+    zero = float(values[timed, 0][0])
+    return fixes_of_rows(repairs, values, places, records, zero, began=zero)
 
 
 def fixes_of_rows(
@@ -214,19 +236,17 @@ def fixes_of_rows(
     return Fixes(columns, kept, began=began, notes=repairs.notes)
 
 
-def _gpx_number(point: Element, name: str) -> float:
-    """Return a number of a track point, NaN where it has none."""
-    text = point.get(name) if name in ("lat", "lon") else text_below(point, name)
+def number_of(text: str | None) -> float:
+    """Return the number of a text from outside, NaN where there is none."""
     try:
-        value = float(text if text is not None else "")
+        value = float("" if text is None or "_" in text else text)
     except ValueError:
         return np.nan
     return value if np.isfinite(value) else np.nan
 
 
-def _gpx_time(point: Element) -> float:
-    """Return the time of a track point, s since 1970, NaN where it has none."""
-    text = text_below(point, "time")
+def time_of(text: str | None) -> float:
+    """Return the time of an ISO 8601 text, s since 1970, NaN where there is none; without a zone it is UTC."""
     try:
         moment = datetime.fromisoformat(text if text is not None else "")
         return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()

@@ -22,6 +22,7 @@ from sssi_exudyn.recording.instruments.fix_repairs import DEGREE, FASTEST, repai
 from sssi_exudyn.recording.instruments.fixes import Fixes, fixes_csv, fixes_gpx
 from sssi_exudyn.recording.instruments.fixes_fit import fixes_fit
 from sssi_exudyn.recording.instruments.fixes_nmea import fixes_nmea
+from sssi_exudyn.recording.instruments.fixes_tcx import fixes_tcx
 
 _BOUNDS: Final = {
     "altitude_m": (-500.0, 9000.0),
@@ -86,6 +87,7 @@ READERS: Final[dict[str, Callable[[Path], Fixes]]] = {
     ".gpx": fixes_gpx,
     ".fit": fixes_fit,
     ".nmea": fixes_nmea,
+    ".tcx": fixes_tcx,
 }
 
 

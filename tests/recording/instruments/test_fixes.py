@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fix_files import START, fit, nmea, phone
+from fix_files import START, fit, nmea, phone, tcx
 from tiny import Columns, motion
 
 from sssi_exudyn.core.errors import InputError
@@ -31,6 +31,7 @@ FORMATS: dict[str, tuple[str | bytes, Columns, float, float]] = {
     "track.nmea": (nmea(track()), track(), 1e-9, 1e-3),  # seven digits of a minute; millimetres
     "watch.fit": (fit(track(10)), track(10), 5e-8, 0.1),  # half a semicircle of 84 nano-degrees; 1/5 m
     "Location.csv": (phone(track()), track(), 1e-9, 1e-3),
+    "watch.tcx": (tcx(track()), track(), 1e-9, 1e-3),
 }
 
 
@@ -63,6 +64,20 @@ def test_nmea_torn_and_lost_sentences_are_left_out_and_noted(tmp_path: Path) -> 
     assert len(fixes.places) == len(track()["time_s"]) - 2
     assert any("1 of 243 sentence(s) that are torn" in note and "line 41" in note for note in fixes.notes)
     assert any("1 of 243 sentence(s) without a fix" in note and "line 81" in note for note in fixes.notes)
+
+
+def test_tcx_speed_torn_end_and_points_without_a_place(tmp_path: Path) -> None:
+    text = tcx(track(), speed=7.25)
+    fixes = read_fixes(write(tmp_path, "watch.tcx", text))
+    assert fixes.columns["speed_mps"] == pytest.approx(7.25)
+    assert any("1 of 82 point(s) without a fix" in note and "Trackpoint 1" in note for note in fixes.notes)
+    torn = read_fixes(write(tmp_path, "torn.tcx", text[: len(text) // 2]))
+    assert 30 < len(torn.places) < 45
+    assert any("ends too early" in note for note in torn.notes)
+    with pytest.raises(InputError, match="0 track points"):
+        read_fixes(write(tmp_path, "empty.tcx", "<TrainingCenterDatabase></TrainingCenterDatabase>"))
+    with pytest.raises(InputError, match="DTD"):
+        read_fixes(write(tmp_path, "bomb.tcx", "<!DOCTYPE a [<!ENTITY b 'c'>]>" + text))
 
 
 def test_fit_speed_and_records_without_a_place(tmp_path: Path) -> None:
