@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 from sssi_exudyn.api.catalogue import terms, turn, use_plugin
 from sssi_exudyn.api.diagnosis import diagnose, diagnose_day
 from sssi_exudyn.api.muscles import muscles
-from sssi_exudyn.api.recordings import example, import_files, inspect, read_recording
+from sssi_exudyn.api.recordings import example, import_day, import_files, inspect, read_recording
 from sssi_exudyn.api.results import load, report
 from sssi_exudyn.api.runs import fit, model_of, read_model, run, simulate, validate
 from sssi_exudyn.api.sweeps import load_sweep, sweep
@@ -65,6 +65,7 @@ __all__ = [
     "diagnose_day",
     "example",
     "fit",
+    "import_day",
     "import_files",
     "inspect",
     "load",

@@ -8,13 +8,14 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Unpack
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 from sssi_exudyn.api.arguments import AnyPath, Picture, ProgressWanted, RecordingFolder, path_of
 from sssi_exudyn.core.command_line import Argument, Option
 from sssi_exudyn.importing.answers import AnswerOptions, Answers
 
 if TYPE_CHECKING:
+    from sssi_exudyn.importing.days.day import DayPiece
     from sssi_exudyn.importing.many import ImportedRun
     from sssi_exudyn.recording.inspection import Inspection
     from sssi_exudyn.recording.recording import Recording
@@ -105,33 +106,94 @@ def terrain(
 def import_files(
     files: Annotated[AnyPath | Sequence[AnyPath], Argument("FILE", Path, "+")],
     out: Annotated[AnyPath, Option(metavar="FOLDER")],
+    run: Annotated[int, Option(metavar="N")] | None = None,
     *,
     defaults: Annotated[AnyPath, Option(metavar="TOML")] | None = None,
     **answers: Unpack[AnswerOptions],
 ) -> Recording:
-    """Make a recording from files of other formats.
+    """Make a recording from files of other formats, or one a run from a day of skiing.
 
-    They are MVNX, C3D, .mot, BVH, GPX, FIT, NMEA, and CSV of telephones.
+    They are MVNX, C3D, .mot, BVH, GPX, TCX, FIT, NMEA, and CSV of telephones.
 
     Parameters
     ----------
     files : a motion capture, or PLACE=FILE of sensors (gyroscope and accelerometer may be two of a place); and files of
         fixes, insoles, poles; or, on the command line, a folder of many runs
     out : the recording's folder.  It is made here.
+    run : which descent of a track that holds several, from 1; without it the command line imports all of them
     defaults : a file of answers, such as mass_kg = 71
     answers : what no file holds, by the names of ``Answers``, such as ``mass_kg`` or ``antenna_joint``
 
-    What is usual is assumed for answers that are missing; the recording's notices say what.  Raises InputError for
-    files that cannot be used, for other answers that are missing, and where ``out`` holds a recording.
+    Without ``run`` the descent of a track that leads down most while the other instruments measure is taken; for all of
+    them see ``import_day``.  What is usual is assumed for answers that are missing; the recording's notices say what.
+    Raises InputError for files that cannot be used, for other answers that are missing, and where ``out`` holds a
+    recording.
 
     Examples
     --------
     >>> sssi_exudyn.import_files(["run.mvnx", "run.gpx"], "monday", mass_kg=70.0, height_m=1.75)
     """
+    known = _answers_of(answers, defaults)
+    if run is not None:
+        from sssi_exudyn.importing.days.day import import_run
+
+        return import_run(_paths_of(files), Path(out), known, run)
     from sssi_exudyn.importing.assemble import import_recording
 
+    return import_recording(_paths_of(files), Path(out), known)
+
+
+def import_day(
+    files: AnyPath | Sequence[AnyPath],
+    out: AnyPath,
+    *,
+    defaults: AnyPath | None = None,
+    progress: ProgressWanted = False,
+    **answers: Unpack[AnswerOptions],
+) -> list[DayPiece]:
+    """Make a recording in ``out`` of every descent of a long track, and a table of them; return its rows.
+
+    See ``import_files``, whose options these are.  Sensors are cut to each run.  Without a sensor that shows the
+    skier's posture the runs are listed only.
+
+    Examples
+    --------
+    >>> pieces = sssi_exudyn.import_day(["pocket=phone.csv", "day.gpx"], "saturday")
+    >>> runs = [piece for piece in pieces if piece.kind == "run"]
+    """
+    from sssi_exudyn.api.progress import progress_of
+    from sssi_exudyn.importing.days.day import import_day as work
+
+    known = _answers_of(answers, defaults)
+    with progress_of(progress).stage("import") as stage:
+        return work(_paths_of(files), Path(out), known, stage)
+
+
+def import_any(
+    files: Sequence[Path], out: Path, run: int | None, *, progress: ProgressWanted, **options: Any
+) -> Recording | list[ImportedRun] | list[DayPiece]:
+    """Import files, a day of runs, or a folder of many: what the command line was given."""
+    from sssi_exudyn.importing.app_exports import app_files
+    from sssi_exudyn.importing.days.day import holds_several_runs
+
+    if len(files) == 1 and files[0].is_dir():
+        of_app = app_files(files[0])
+        if not of_app:
+            return import_folder(files[0], out, progress=progress, **options)
+        files = of_app
+    defaults = options.pop("defaults")
+    if run is None and holds_several_runs(files, _answers_of(AnswerOptions(**options), defaults)):
+        return import_day(files, out, defaults=defaults, progress=progress, **options)
+    return import_files(files, out, run, defaults=defaults, **options)
+
+
+def _paths_of(files: AnyPath | Sequence[AnyPath]) -> list[Path]:
+    """Return the files as paths; a folder of an app's export stands for its files."""
+    from sssi_exudyn.importing.app_exports import app_files
+
     several = [files] if isinstance(files, str | os.PathLike) else files
-    return import_recording([Path(file) for file in several], Path(out), _answers_of(answers, defaults))
+    paths = [Path(file) for file in several]
+    return app_files(paths[0]) or paths if len(paths) == 1 and paths[0].is_dir() else paths
 
 
 def import_folder(

@@ -20,20 +20,25 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.importing.answers import Answers
+from sssi_exudyn.importing.app_exports import with_places
 from sssi_exudyn.importing.bvh_writer import bvh_text
 from sssi_exudyn.importing.defaults import OF_TELEPHONES, PLACES, UNCERTAIN, USUAL
 from sssi_exudyn.importing.motion_formats import MOTION_READERS, read_motion
 from sssi_exudyn.importing.sensor_logs import (
+    BAROMETER,
     PRESSURE,
+    Log,
     covered_by,
+    holds_channels,
     read_logs,
     split_place,
     write_pressure,
     write_sensors,
 )
-from sssi_exudyn.io.files import read_bytes
+from sssi_exudyn.io.files import read_bytes, read_text
 from sssi_exudyn.io.writing import clear_errors, folder_lock
-from sssi_exudyn.recording.instruments.fixes import OPTIONAL, REQUIRED, Fixes
+from sssi_exudyn.recording.instruments.bvh import Bvh
+from sssi_exudyn.recording.instruments.fixes import OPTIONAL, REQUIRED, Fixes, number_of
 from sssi_exudyn.recording.instruments.gps import READERS, gps_from_fixes, read_fixes
 from sssi_exudyn.recording.instruments.imu import PLACES as IMU_PLACES
 from sssi_exudyn.recording.instruments.insoles import is_insoles, read_insoles
@@ -51,7 +56,7 @@ _DIGITS: Final = {"time_s": 6, "latitude_deg": 9, "longitude_deg": 9}
 
 
 @dataclass(frozen=True)
-class _Sources:
+class Sources:
     """The file of each kind of data."""
 
     motion: Path | None
@@ -60,15 +65,49 @@ class _Sources:
     poles: Path | None
     sensors: tuple[tuple[str, Path], ...] = ()
     """Place and file of each single sensor, where there is no capture."""
+    notes: tuple[str, ...] = ()
 
     @property
     def first(self) -> Path:
         """File that an error names where no file holds the needed fact."""
-        return self.motion or self.sensors[0][1]
+        return self.motion or (self.sensors[0][1] if self.sensors else Path())
+
+    @property
+    def given(self) -> tuple[Path, ...]:
+        """Return all files."""
+        given = (self.motion, *(path for _, path in self.sensors), self.gps, self.insoles, self.poles)
+        return tuple(path for path in given if path is not None)
 
     def of(self, name: str) -> Path | None:
         """Return the source of a file of the recording."""
         return {MOTION: self.motion, GPS: self.gps, INSOLES: self.insoles, POLES: self.poles}.get(name)
+
+
+@dataclass(frozen=True)
+class Material:
+    """The content of the files of one recording, or of a day of them.
+
+    sources : the files
+    fixes, bvh, logs : the fixes, the capture, the single sensors
+    began : UTC of time 0 of capture or sensors, s since 1970; None where no file has it
+    cut : stretch (s) of the files' clock to which insoles are still to be cut; None for all of it
+    about : what is said of the recording besides its files
+    """
+
+    sources: Sources
+    fixes: Fixes | None
+    bvh: Bvh | None
+    logs: tuple[Log, ...]
+    began: float | None
+    cut: tuple[float, float] | None = None
+    about: str = ""
+
+    @property
+    def covered(self) -> tuple[float, float]:
+        """Return the stretch (s) that the capture or all sensors cover."""
+        if self.bvh is not None:
+            return 0.0, float(self.bvh.time[-1] - self.bvh.time[0])
+        return covered_by(self.logs)
 
 
 def option_of(name: str) -> str:
@@ -80,21 +119,28 @@ def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Reco
     """Make the recording folder ``out`` from ``files``, recognised by suffix and header.
 
     The files are one motion capture and at most one file each of fixes, insoles and load cells in the poles.  Instead
-    of the capture they may be single sensors' files, each with its place (``sensor_logs.split_place``).
+    of the capture they may be single sensors' files, each with its place (``sensor_logs.split_place``), or those of a
+    telephone's app under their own names (``app_exports``).
 
     Raises InputError for files without a reader, two of a kind, whatever a reader refuses, and missing answers.  Raises
     it too for an ``out`` that holds a recording already, and for what ``read_recording`` refuses of the result.
     """
-    sources = _sort_sources(files)
+    _refuse_existing(out)
+    sources = sort_sources(files)
+    check_posture(sources)
+    return import_material(read_material(sources, answers), out, answers)
+
+
+def import_material(material: Material, out: Path, answers: Answers) -> Recording:
+    """Make the recording folder ``out`` of what was read; see ``import_recording``."""
     with folder_lock(out), clear_errors(out):
-        if (out / FILE).exists():
-            raise InputError(out / FILE, "", "there is a recording already", "choose another folder with --out")
+        _refuse_existing(out)
         made = out / ".import"
         shutil.rmtree(made, ignore_errors=True)
         made.mkdir()
         try:
-            _write(made, sources, answers)
-            recording = _read_back(made, sources)
+            _write(made, material, answers)
+            recording = _read_back(made, material.sources)
             for name in (MOTION, SENSORS, GPS, INSOLES, POLES, FILE):  # the file that makes it a recording comes last
                 if (made / name).exists():
                     (made / name).replace(out / name)
@@ -103,7 +149,14 @@ def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Reco
     return replace(recording, folder=out)
 
 
-def _sort_sources(files: Sequence[Path]) -> _Sources:
+def _refuse_existing(out: Path) -> None:
+    if (out / FILE).exists():
+        raise InputError(out / FILE, "", "there is a recording already", "choose another folder with --out")
+
+
+def sort_sources(files: Sequence[Path]) -> Sources:
+    """Return the file of each kind.  Raises InputError for two of a kind, and what cannot be used together."""
+    files, notes = with_places(files)
     paths: dict[str, Path] = {}
     sensors = tuple(one for one in map(split_place, files) if one is not None)
     for path in files:
@@ -115,48 +168,61 @@ def _sort_sources(files: Sequence[Path]) -> _Sources:
         paths[kind] = path
     if sensors and "motion" in paths:
         raise InputError(paths["motion"], "", "there are single sensors as well", "give one or the other")
-    if sensors:
-        if "poles" in paths:
-            raise InputError(paths["poles"], "", "forces of poles need a motion capture", "leave them out, or add one")
-        return _Sources(None, paths.get("fixes"), paths.get("insoles"), None, sensors)
-    if "motion" not in paths:
-        raise InputError(files[0], "", "no file holds a motion capture", f"add one: {', '.join(MOTION_READERS)}")
-    return _Sources(paths["motion"], paths.get("fixes"), paths.get("insoles"), paths.get("poles"))
+    if sensors and "poles" in paths:
+        raise InputError(paths["poles"], "", "forces of poles need a motion capture", "leave them out, or add one")
+    of = (paths.get(kind) for kind in ("motion", "fixes", "insoles", "poles"))
+    return Sources(*of, sensors, notes)
+
+
+def check_posture(sources: Sources) -> None:
+    """Raise InputError where no file shows how the skier moves."""
+    if sources.motion is None and not any(place in IMU_PLACES for place, _ in sources.sensors):
+        problem = "no file holds a motion capture or a sensor's gyroscope and accelerometer"
+        fix = f"add a capture ({', '.join(MOTION_READERS)}), or a sensor with its place, such as pocket=phone.csv"
+        raise InputError(sources.given[0], "", problem, fix)
+
+
+def read_material(sources: Sources, answers: Answers) -> Material:
+    """Read the files.  Raises InputError for whatever a reader refuses."""
+    fixes = None if sources.gps is None else read_fixes(sources.gps, answers.gps_sigma_m)
+    bvh, began = (None, None) if sources.motion is None else read_motion(sources.motion, answers.height_m)
+    logs = tuple(read_logs(sources.sensors))
+    return Material(sources, fixes, bvh, logs, logs[0].began if logs else began)
 
 
 def _kind(path: Path) -> str:
+    place, has_place, _ = str(path).partition("=")
+    if has_place and place.isidentifier() and not path.exists():
+        known = ", ".join(f"{place}=" for place in (*IMU_PLACES, BAROMETER, PRESSURE))
+        raise InputError(path, "", f"{place!r} is no place of a sensor", f"write one of {known} before the file")
     suffix = path.suffix.lower()
     if suffix in MOTION_READERS:
         return "motion"
     if suffix in READERS:
         if suffix == ".csv" and is_insoles(path):
             return "poles" if "pole" in path.stem.lower() else "insoles"  # both have a force left and one right
+        if suffix == ".csv" and holds_channels(path):
+            fix = f"write its place before it: pocket={path.name} (or {', '.join(IMU_PLACES[:-1])})"
+            raise InputError(path, "", "it is a sensor's file, and where the sensor was is not given", fix)
         return "fixes"
     known = ", ".join((*MOTION_READERS, *READERS))
     raise InputError(path, "", f"no reader for {path.suffix!r}", f"export it as one of {known}")
 
 
-def _write(made: Path, sources: _Sources, answers: Answers) -> None:
-    fixes = None if sources.gps is None else read_fixes(sources.gps, answers.gps_sigma_m)
+def _write(made: Path, material: Material, answers: Answers) -> None:
+    sources, fixes, logs = material.sources, material.fixes, material.logs
     answers, assumed = _with_usual(answers, sources, fixes)
-    began, notes = None, () if fixes is None else fixes.notes
-    covered = (0.0, 0.0)
-    if sources.motion is not None:
-        bvh, began = read_motion(sources.motion, answers.height_m)
-        notes += bvh.notes
-        covered = (0.0, float(bvh.time[-1] - bvh.time[0]))
-        (made / MOTION).write_text(bvh_text(bvh), encoding="utf-8")
-    logs = read_logs(sources.sensors)
-    if logs:
-        began = logs[0].began
-        covered = covered_by(logs)
-        notes += tuple(note for log in logs for note in log.notes)
-    _check_answers(sources, fixes, began, answers)
-    given = (sources.motion, *(path for _, path in sources.sensors), sources.gps, sources.insoles, sources.poles)
+    notes = sources.notes + (() if fixes is None else fixes.notes)
+    if material.bvh is not None:
+        notes += material.bvh.notes
+        (made / MOTION).write_text(bvh_text(material.bvh), encoding="utf-8")
+    notes += tuple(note for log in logs for note in log.notes)
+    _check_answers(material, answers)
+    names = ", ".join(one_line(path.name) for path in sources.given)
     settings: dict[str, Any] = {
         "format": 1,
         "name": one_line(answers.name or (sources.motion.stem if sources.motion else made.parent.resolve().name)),
-        "note": f"imported from {', '.join(one_line(path.name) for path in given if path is not None)}",
+        "note": f"imported from {names}{material.about}",
         "skier": _without_none({"mass_kg": answers.mass_kg, "height_m": answers.height_m, "sex": answers.sex}),
         "equipment": _without_none({name: getattr(answers, name) for name in _EQUIPMENT}),
     }
@@ -169,30 +235,53 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
         settings["motion"] = _without_none({"file": MOTION, "heading_deg": answers.heading_deg})
     else:
         settings |= write_sensors(logs, made)
-    for place, path in sources.sensors:
-        if place == PRESSURE:
-            write_pressure(path, made, answers.mass_kg or 0.0)
-            settings["insoles"] = {"file": INSOLES}
     if answers.slope_deg is not None:
         settings["slope"] = {
             "inclination_deg": answers.slope_deg,
             "fall_line_azimuth_deg": answers.fall_line_deg,
         }
     if fixes is not None and sources.gps is not None:
-        settings["gps"] = _gps_table(sources, fixes, began, answers, covered)
+        settings["gps"] = _gps_table(material, sources.gps, fixes, answers)
         (made / GPS).write_text(_csv(fixes.columns), encoding="utf-8")
-    if sources.insoles is not None:
-        read_insoles(sources.insoles)  # errors name this file, not the copy
-        settings["insoles"] = {"file": INSOLES}
-        (made / INSOLES).write_bytes(read_bytes(sources.insoles))
-    if sources.poles is not None:
-        read_poles(sources.poles)
-        settings["poles"] = {"file": POLES}
-        (made / POLES).write_bytes(read_bytes(sources.poles))
+    settings |= _write_forces(made, material, answers.mass_kg or 0.0)
     (made / FILE).write_text(tomli_w.dumps(settings), encoding="utf-8")
 
 
-def _with_usual(answers: Answers, sources: _Sources, fixes: Fixes | None) -> tuple[Answers, tuple[str, ...]]:
+def _write_forces(made: Path, material: Material, mass: float) -> dict[str, Any]:
+    """Write the forces under the feet and along the poles; return their tables of ``recording.toml``."""
+    sources, tables = material.sources, dict[str, Any]()
+    for place, path in sources.sensors:
+        if place == PRESSURE:
+            write_pressure(path, made, mass, material.cut)
+            tables["insoles"] = {"file": INSOLES}
+    if sources.insoles is not None:
+        read_insoles(sources.insoles)  # errors name this file, not the copy
+        tables["insoles"] = {"file": INSOLES}
+        if material.cut is None:
+            (made / INSOLES).write_bytes(read_bytes(sources.insoles))
+        else:
+            (made / INSOLES).write_text(_cut_rows(sources.insoles, *material.cut), encoding="utf-8")
+            tables["insoles"]["time_offset_s"] = -material.cut[0]
+    if sources.poles is not None:
+        read_poles(sources.poles)
+        tables["poles"] = {"file": POLES}
+        (made / POLES).write_bytes(read_bytes(sources.poles))
+    return tables
+
+
+def _cut_rows(path: Path, start: float, stop: float) -> str:
+    """Return the header of a table with ``time_s``, and the rows from ``start`` to ``stop`` (s)."""
+    head, *rows = read_text(path).split("\n")
+    clock = [name.strip() for name in head.split(",")].index("time_s")
+
+    def is_within(row: str) -> bool:
+        cells = row.split(",")
+        return len(cells) > clock and start <= number_of(cells[clock]) <= stop
+
+    return "\n".join([head, *filter(is_within, rows)]) + "\n"
+
+
+def _with_usual(answers: Answers, sources: Sources, fixes: Fixes | None) -> tuple[Answers, tuple[str, ...]]:
     """Fill the answers with usual values; return them and the names of the assumed ones.
 
     A single sensor, with fixes, is a telephone, and the receiver is in it.
@@ -208,14 +297,14 @@ def _with_usual(answers: Answers, sources: _Sources, fixes: Fixes | None) -> tup
     return replace(answers, **{name: usual[name] for name in assumed}), assumed
 
 
-def _check_answers(sources: _Sources, fixes: Fixes | None, began: float | None, answers: Answers) -> None:
+def _check_answers(material: Material, answers: Answers) -> None:
     """Raise InputError that names every option that is needed and not given."""
-    needed: list[str] = []
+    sources, fixes, needed = material.sources, material.fixes, list[str]()
     if answers.slope_deg is not None or answers.fall_line_deg is not None:
         needed += ["slope_deg", "fall_line_deg"]
     if fixes is None:
         needed += ["slope_deg", "fall_line_deg", *(["heading_deg"] if sources.motion else [])]
-    elif not _common_clock(sources, fixes) and (fixes.began is None or began is None):
+    elif not _common_clock(sources, fixes) and (fixes.began is None or material.began is None):
         needed.append("gps_offset_s")
     missing = [option_of(name) for name in dict.fromkeys(needed) if getattr(answers, name) is None]
     if missing:
@@ -225,18 +314,27 @@ def _check_answers(sources: _Sources, fixes: Fixes | None, began: float | None, 
         raise InputError(sources.first, "", f"no file holds {', '.join(missing)}", fix)
 
 
-def _gps_table(
-    sources: _Sources, fixes: Fixes, began: float | None, answers: Answers, covered: tuple[float, float]
-) -> dict[str, Any]:
-    """Return ``[gps]``; ``covered`` (s) is the stretch that motion capture or sensors cover."""
-    path, offset = sources.first if sources.gps is None else sources.gps, 0.0
+def offset_of_fixes(material: Material, answers: Answers) -> float:
+    """Return what is added (s) to the times of the fixes for those of capture or sensors.
+
+    Raises InputError for clocks more than a day apart, and for missing answers.
+    """
+    _check_answers(material, answers)
+    fixes, began = material.fixes, material.began
     if answers.gps_offset_s is not None:
-        offset = answers.gps_offset_s
-    elif not _common_clock(sources, fixes) and fixes.began is not None and began is not None:
-        offset = fixes.began - began
-        if abs(offset) > _DAY:
-            difference = f"by their clocks the fixes begin {offset / _DAY:.4g} days after the capture"
-            raise InputError(path, "", difference, "give --gps-offset-s")
+        return answers.gps_offset_s
+    if fixes is None or _common_clock(material.sources, fixes) or fixes.began is None or began is None:
+        return 0.0
+    offset = fixes.began - began
+    if abs(offset) > _DAY:
+        difference = f"by their clocks the fixes begin {offset / _DAY:.4g} days after the capture"
+        raise InputError(material.sources.gps or material.sources.first, "", difference, "give --gps-offset-s")
+    return offset
+
+
+def _gps_table(material: Material, path: Path, fixes: Fixes, answers: Answers) -> dict[str, Any]:
+    """Return ``[gps]``."""
+    offset = offset_of_fixes(material, answers)
     where = np.array(answers.antenna_offset_m)
     # errors name this file and its places, not the copy
     gps_from_fixes(
@@ -246,7 +344,7 @@ def _gps_table(
         offset=where,
         sigma=answers.gps_sigma_m,
         time_offset=offset,
-        covered=covered,
+        covered=material.covered,
     )
     return _without_none(
         {
@@ -259,7 +357,7 @@ def _gps_table(
     )
 
 
-def _common_clock(sources: _Sources, fixes: Fixes) -> bool:
+def _common_clock(sources: Sources, fixes: Fixes) -> bool:
     """Return whether fixes count from the same zero as the capture or the sensors."""
     return fixes.common_clock or (fixes.clock_of_sensors and bool(sources.sensors))
 
@@ -275,7 +373,7 @@ def _csv(columns: dict[str, Array]) -> str:
     return "\n".join([",".join(names), *(row % tuple(line) for line in values.tolist())]) + "\n"
 
 
-def _read_back(made: Path, sources: _Sources) -> Recording:
+def _read_back(made: Path, sources: Sources) -> Recording:
     """Read the recording like any other; an error names the file that the user gave."""
     try:
         return read_recording(made)

@@ -15,6 +15,7 @@ from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.core.new_files import check_no_link
 from sssi_exudyn.core.text import csv_cell
 from sssi_exudyn.importing.answers import Answers
+from sssi_exudyn.importing.app_exports import app_files
 from sssi_exudyn.importing.assemble import import_recording
 from sssi_exudyn.importing.motion_formats import MOTION_READERS
 from sssi_exudyn.importing.sensor_logs import BAROMETER
@@ -87,7 +88,7 @@ def _runs_in(folder: Path) -> dict[str, list[Path]]:
     runs: dict[str, list[Path]] = {}
     for path in sorted(folder.iterdir()):
         if path.is_dir() and not path.name.startswith("."):
-            files = list(_usable(path))
+            files = app_files(path) or list(_usable(path))
             if files:
                 runs[path.name] = files
     for path in _usable(folder):

@@ -10,7 +10,8 @@ one place.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import reduce
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,16 +19,19 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
-from sssi_exudyn.io.bounds import MAX_COLUMNS, check_samples
+from sssi_exudyn.core.text import one_line
+from sssi_exudyn.io.bounds import MAX_COLUMNS, MAX_LINE, check_samples
 from sssi_exudyn.io.files import read_text
+from sssi_exudyn.io.long_table import pieces_of_lines
 from sssi_exudyn.io.repairs import Repairs
-from sssi_exudyn.io.table import Table, bridge_gaps, check_time, good_rows, in_order, numbers
+from sssi_exudyn.io.table import TORN_LINES, Table, bridge_gaps, check_time, in_order, numbers, parsed_rows
 from sssi_exudyn.recording.instruments.imu import PLACES, check_channels, read_barometer, read_imu
 from sssi_exudyn.recording.instruments.insoles import read_insoles
 
 BAROMETER, PRESSURE = "barometer", "insoles"
 _RATE: Final = {axis: f"rate_{axis}_radps" for axis in "xyz"}
 _FORCE: Final = {axis: f"acceleration_{axis}_mps2" for axis in "xyz"}
+_GRAVITY: Final = {axis: f"gravity_{axis}_mps2" for axis in "xyz"}
 _NAMES: Final = {
     "t_s": "time_s",
     "seconds_elapsed": "time_s",
@@ -40,14 +44,18 @@ _NAMES: Final = {
     **{f"Gyroscope {axis.upper()}": _RATE[axis] for axis in "xyz"},
     **{f"q{part}": f"orientation_{part}" for part in "wxyz"},
 }
-_BY_FILE: Final = {"gyro": _RATE, "accel": _FORCE}
+_BY_FILE: Final = {"gyro": _RATE, "accel": _FORCE, "gravity": _GRAVITY}
 """Channels behind ``x``, ``y`` and ``z``, by a word in the file's name."""
-_CHANNELS: Final = ("time_s", "acceleration_", "rate_", "orientation_", "pressure_")
+_CHANNELS: Final = ("time_s", "acceleration_", "rate_", "orientation_", "pressure_", "gravity_")
+_LISTED: Final = 300
+"""Characters of a header that an error quotes."""
+_NO_ROWS: Final = (np.empty((0, 0)), np.empty(0, bool))
 _UNITS: Final = {
     "time_s": ("s",),
     "acceleration": ("m/s2", "m/s^2", "m/s²"),
     "rate": ("rad/s",),
     "pressure": ("hPa", "mbar"),
+    "gravity": ("m/s2", "m/s^2", "m/s²"),
 }
 """Units that a column's brackets may name."""
 _SIDES: Final = {"L": "left", "R": "right"}
@@ -76,18 +84,56 @@ def split_place(file: Path) -> tuple[str, Path] | None:
 def read_logs(files: Sequence[tuple[str, Path]]) -> list[Log]:
     """Read the sensors of every (place, file) except pressure cells, one per place.
 
-    A gyroscope and an accelerometer in two files are joined.  Raises InputError for two sensors on one place and for
-    faulty files, with the place in the file that was given.
+    A gyroscope and an accelerometer in two files are joined, and gravity in a third is added to an acceleration without
+    it.  Raises InputError for two sensors on one place and for faulty files, with the place in the file that was given.
     """
-    logs: dict[str, Log] = {}
+    places: dict[str, list[Log]] = {}
     for place, path in files:
-        if place == PRESSURE:
-            continue
-        log = _read_log(place, path)
-        logs[place] = _together(logs[place], log) if place in logs else log
-    for log in logs.values():
-        _check_whole(log)
-    return list(logs.values())
+        if place != PRESSURE:
+            places.setdefault(place, []).append(_read_log(place, path))
+    logs = []
+    for several in places.values():
+        whole = _with_gravity(several)
+        for log in whole:
+            check_channels(log.table)  # of every file alone, whose name an error has
+        logs.append(reduce(_together, whole))
+        _check_whole(logs[-1])
+    return logs
+
+
+def cut_log(log: Log, first: Log, start: float, stop: float) -> Log:
+    """Return the part of a log from ``start`` to ``stop`` (s on the clock of the first log); its time begins there."""
+    columns = dict(log.table.columns)
+    columns["time_s"] = columns["time_s"] + _later(first, log) - start
+    inside = (columns["time_s"] >= 0.0) & (columns["time_s"] <= stop - start)
+    began = None if first.began is None else first.began + start
+    return replace(log, table=replace(log.table, columns=columns).rows(inside), began=began)
+
+
+def _with_gravity(logs: list[Log]) -> list[Log]:
+    """Return the logs of a place with gravity, which an app may write apart, in the acceleration.
+
+    Raises InputError for gravity without an acceleration.
+    """
+    apart = [log for log in logs if _GRAVITY["x"] in log.table.columns]
+    if not apart:
+        return logs
+    gravity, others = apart[0], [log for log in logs if log not in apart]
+    bare = [log for log in others if _FORCE["x"] in log.table.columns]
+    if len(apart) > 1 or not bare:
+        fix = f"add the accelerometer's file as {gravity.place}=FILE too, or leave this out"
+        raise InputError(gravity.table.file, "header", "it holds gravity alone", fix)
+    table, shift = bare[0].table, 0.0 if gravity.began is None else gravity.began - (bare[0].began or gravity.began)
+    time = gravity.table.columns["time_s"] + shift
+    columns = dict(table.columns)
+    inside = (columns["time_s"] >= time[0]) & (columns["time_s"] <= time[-1])
+    if np.count_nonzero(inside) < 3:
+        problem = f"it has no time in common with {table.file}"
+        raise InputError(gravity.table.file, "", problem, "give two files of one run")
+    for axis, name in _FORCE.items():
+        columns[name] = columns[name] + np.interp(columns["time_s"], time, gravity.table.columns[_GRAVITY[axis]])
+    whole = replace(table, columns=columns).rows(inside)
+    return [replace(log, table=whole) if log is bare[0] else log for log in others]
 
 
 def covered_by(logs: Sequence[Log]) -> tuple[float, float]:
@@ -130,13 +176,15 @@ def write_sensors(logs: Sequence[Log], folder: Path) -> dict[str, Any]:
     return tables
 
 
-def write_pressure(path: Path, folder: Path, mass: float) -> None:
+def write_pressure(path: Path, folder: Path, mass: float, cut: tuple[float, float] | None = None) -> None:
     """Write ``insoles.csv`` from a pressure logger's counts.
 
     Its columns are ``t_s,side`` (L or R) and one per cell, named ``…_adc``; the feet alternate.
 
     Counts are not newtons.  They are scaled so that all cells together carry the skier's weight (``mass`` kg) on
-    average, which keeps the cells' share between the feet.  Raises InputError for other tables.
+    average, which keeps the cells' share between the feet.  Of the stretch ``cut`` (s), time counts from its start.
+
+    Raises InputError for other tables.
     """
     lines = _cells(path)
     names = [name.strip() for name in lines[0][1]]
@@ -154,6 +202,8 @@ def write_pressure(path: Path, folder: Path, mass: float) -> None:
             raise InputError(path, "column side", f"{len(rows)} samples of side {side}", "log both feet, L and R")
         by_side[side] = numbers(path, rows, 1 + len(cells), ",")
         check_time(path, by_side[side][:, 0], tuple(f"line {number}" for number, _ in rows))
+        if cut is not None:
+            by_side[side] = _cut_counts(path, by_side[side], *cut)
     start, stop = (pick(float(table[end, 0]) for table in by_side.values()) for pick, end in ((max, 0), (min, -1)))
     step = float(np.median([np.median(np.diff(table[:, 0])) for table in by_side.values()]))
     check_samples(path, "column t_s", (stop - start) / step, 2 * len(cells))
@@ -175,6 +225,15 @@ def write_pressure(path: Path, folder: Path, mass: float) -> None:
         raise InputError(path, error.place, error.problem, error.fix) from None
 
 
+def _cut_counts(path: Path, counts: Array, start: float, stop: float) -> Array:
+    """Return the rows (n, 1 + cells) of a stretch, whose time begins there.  Raises InputError where there are none."""
+    inside = counts[(counts[:, 0] >= start) & (counts[:, 0] <= stop)]
+    if len(inside) < 3:
+        problem = f"{len(inside)} samples from {start:.0f} to {stop:.0f} s"
+        raise InputError(path, "column t_s", problem, "leave the insoles out, or give those of the run")
+    return inside - np.array([start, *np.zeros(counts.shape[1] - 1)])
+
+
 def _cells(path: Path) -> list[tuple[int, list[str]]]:
     """Return the cells of every line that is not empty, with its number.
 
@@ -190,20 +249,29 @@ def _cells(path: Path) -> list[tuple[int, list[str]]]:
 
 def _read_log(place: str, path: Path) -> Log:
     """Read a logger's table; torn lines and samples whose time stands still or runs back are left out and noted."""
-    lines = _cells(path)
-    header = [name.strip().strip('"') for name in lines[0][1]]
-    names = [_channel(path, name) for name in header]
-    used = [column for column, name in enumerate(names) if name.startswith(_CHANNELS)]
-    if "time_s" not in names or len(used) < 2:
-        listed = ", ".join(header)
-        raise InputError(path, "header", f"no time and channels among {listed}", "name them t_s, ax … az, gx … gz")
-    clock = header.index("time") if "seconds_elapsed" in header and "time" in header else None
-    kept = used if clock is None else [*used, clock]
+    names: list[str] = []
+    used: list[int] = []
+    clock: int | None = None
+    parts: list[Array] = []
+    lines: list[int] = []
+    torn: list[str] = []
+    for piece in pieces_of_lines(path):
+        rows = piece
+        if not names:
+            header = _titles(path, piece[0])
+            names, used = _channels_of(path, header)
+            clock = header.index("time") if "seconds_elapsed" in header and "time" in header else None
+            rows = piece[1:]
+        kept = used if clock is None else [*used, clock]
+        values, good = parsed_rows(rows, len(names), kept, () if clock is None else (clock,)) if rows else _NO_ROWS
+        parts.append(values[good])
+        lines += [number for (number, _), keep in zip(rows, good.tolist(), strict=True) if keep]
+        torn += [f"line {number}" for (number, _), keep in zip(rows, good.tolist(), strict=True) if not keep]
     repairs = Repairs(path)
-    rows = [(number, ",".join(words)) for number, words in lines[1:]]
-    values, at = good_rows(repairs, rows, len(names), kept, () if clock is None else (clock,))
-    if len(at) < 3:
-        raise InputError(path, "", f"{len(at)} samples are no recording", "export the whole run")
+    repairs.add(TORN_LINES, torn, len(lines) + len(torn))
+    if len(lines) < 3:
+        raise InputError(path, "", f"{len(lines)} samples are no recording", "export the whole run")
+    values = np.concatenate([part for part in parts if len(part)])
     columns = {names[column]: values[:, i] for i, column in enumerate(used)}
     began = None
     if clock is not None and np.any(np.isfinite(values[:, -1])):
@@ -211,21 +279,61 @@ def _read_log(place: str, path: Path) -> Log:
         began = float(1e-9 * values[first, -1] - columns["time_s"][first])  # ns since 1970
     if "pressure_hPa" in columns:
         columns["pressure_Pa"] = 100.0 * columns.pop("pressure_hPa")
-    table = in_order(Table(path, columns, at, notes=repairs.notes))
-    check_channels(table)
+    table = in_order(Table(path, columns, tuple(lines), notes=repairs.notes))
     return Log(place, table, began, table.notes)
+
+
+def holds_channels(path: Path) -> bool:
+    """Return whether a table's header has time and channels of a gyroscope or an accelerometer."""
+    header = read_text(path).partition("\n")[0][:MAX_LINE]
+    names = [_channel_name(path, title) for title in _titles_of(header)]
+    return "time_s" in names and any(name.startswith(("rate_", "acceleration_", "gravity_")) for name in names)
+
+
+def _titles(path: Path, row: tuple[int, str]) -> list[str]:
+    """Return the titles of a table's columns.  Raises InputError for more than any instrument has."""
+    number, line = row
+    if line.count(",") >= MAX_COLUMNS:
+        problem = "more columns than any instrument has"
+        raise InputError(path, f"line {number}", problem, "export the file again")
+    return _titles_of(line)
+
+
+def _titles_of(line: str) -> list[str]:
+    return [title.strip().strip('"') for title in line.split(",")]
+
+
+def _channels_of(path: Path, header: list[str]) -> tuple[list[str], list[int]]:
+    """Return a recording's name of every column, and the columns of time and channels.
+
+    Raises InputError where these are missing.
+    """
+    names = [_channel(path, title) for title in header]
+    used = [column for column, name in enumerate(names) if name.startswith(_CHANNELS)]
+    if "time_s" not in names or len(used) < 2:
+        listed = one_line(", ".join(header), _LISTED)
+        raise InputError(path, "header", f"no time and channels among {listed}", "name them t_s, ax … az, gx … gz")
+    twice = sorted({name for name in names if names.count(name) > 1 and name.startswith(_CHANNELS)})
+    if twice:
+        raise InputError(path, "header", f"two columns of {twice[0]}", "leave one of them")
+    return names, used
 
 
 def _channel(path: Path, written: str) -> str:
     """Return a recording's name for a column, or the written name; raises InputError for another unit."""
+    channel = _channel_name(path, written)
     name, _, unit = (part.strip(" )") for part in written.partition("("))
-    axes = [of for word, of in _BY_FILE.items() if word in path.stem.lower()]
-    axis = name.lower()
-    channel = axes[0][axis] if len(axes) == 1 and axis in axes[0] else _NAMES.get(name, name)
     units = _UNITS.get(channel if channel == "time_s" else channel.partition("_")[0])
     if channel.startswith(_CHANNELS) and unit and units is not None and unit not in units:
         raise InputError(path, f"header, {name}", f"its unit is {unit!r}", f"convert it to {units[0]}")
     return channel
+
+
+def _channel_name(path: Path, written: str) -> str:
+    name = written.partition("(")[0].strip()
+    axes = [of for word, of in _BY_FILE.items() if word in path.stem.lower()]
+    axis = name.lower()
+    return axes[0][axis] if len(axes) == 1 and axis in axes[0] else _NAMES.get(name, name)
 
 
 def _check_whole(log: Log) -> None:

@@ -24,6 +24,10 @@ MAX_LINES: Final = 600_000
 """Maximum number of lines of a text: fifty minutes at 200 Hz."""
 MAX_LINE: Final = 100_000
 """Maximum length of a line, bytes: two thousand columns of fifty digits."""
+MAX_LOG: Final = 300_000_000
+"""Maximum size of a day's log of one sensor, bytes: seven hours at 100 Hz, 120 bytes a line."""
+MAX_LOG_LINES: Final = 2_500_000
+"""Maximum number of lines of such a log: seven hours at 100 Hz."""
 MAX_COLUMNS: Final = 2000
 MAX_NUMBERS: Final = 6_000_000
 """Maximum count of numbers in a table, filled gaps included: 33 channels for half an hour at 100 Hz."""

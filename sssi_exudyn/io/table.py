@@ -18,6 +18,8 @@ from sssi_exudyn.io.repairs import REPEATED, Mask, Repairs, rising_records
 SHORT_GAP: Final = 1.0
 """Longest gap that is interpolated, s; longer ones split the run.  In this time a skier moves by less than a turn."""
 
+TORN_LINES: Final = "line(s) that are torn or hold no number in a needed column"
+"""Bad rows in words."""
 Choose = Callable[[list[str]], tuple[Collection[str], Collection[str]]]
 """Function of the names of a table's columns; returns those that are needed, and those that may have empty cells."""
 
@@ -132,6 +134,19 @@ def good_rows(
     are bad than ``Repairs`` allows, and for more numbers than any run has.
     """
     check_samples(repairs.path, "", len(rows), width)
+    values, good = parsed_rows(rows, width, chosen, blank)
+    places = tuple(f"line {number}" for number, _ in rows)
+    repairs.add_at(TORN_LINES, ~good, places)
+    return values[good], tuple(number for (number, _), keep in zip(rows, good.tolist(), strict=True) if keep)
+
+
+def parsed_rows(
+    rows: list[tuple[int, str]], width: int, chosen: list[int], blank: tuple[int, ...] = ()
+) -> tuple[Array, Mask]:
+    """Read the ``chosen`` columns of comma-separated rows; parameters are those of ``good_rows``.
+
+    Returns the numbers (n, len(chosen)), NaN where there is none, and which rows (n,) have all that are needed.
+    """
     whole = [line.count(",") + 1 == width for _, line in rows]
     try:
         if not all(whole):
@@ -144,10 +159,7 @@ def good_rows(
             values[row] = [_number(words[column]) for column in chosen] if words else np.nan
     needed = [i for i, column in enumerate(chosen) if column not in blank]
     values[~np.isfinite(values)] = np.nan
-    good = np.array(whole) & np.all(np.isfinite(values[:, needed]), axis=1)
-    places = tuple(f"line {number}" for number, _ in rows)
-    repairs.add_at("line(s) that are torn or hold no number in a needed column", ~good, places)
-    return values[good], tuple(number for (number, _), keep in zip(rows, good.tolist(), strict=True) if keep)
+    return values, np.asarray(np.array(whole) & np.all(np.isfinite(values[:, needed]), axis=1))
 
 
 def in_order(table: Table) -> Table:

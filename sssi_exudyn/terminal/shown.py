@@ -12,6 +12,7 @@ from sssi_exudyn.core.errors import SssiError
 
 if TYPE_CHECKING:
     from sssi_exudyn.api.result import Result
+    from sssi_exudyn.importing.days.day import DayPiece
     from sssi_exudyn.importing.many import ImportedRun
     from sssi_exudyn.recording.inspection import Inspection
     from sssi_exudyn.recording.recording import Recording
@@ -87,11 +88,12 @@ def show_surface(figures: SurfaceFigures, options: argparse.Namespace) -> str:
     return to_json(figures) if options.json else f"{format_surface(figures)}\n"
 
 
-def show_imported(imported: Recording | Sequence[ImportedRun], options: argparse.Namespace) -> str:
-    """Show what is in an imported recording, or the runs of an imported folder as a table.
+def show_imported(imported: Recording | Sequence[ImportedRun] | Sequence[DayPiece], options: argparse.Namespace) -> str:
+    """Show what is in an imported recording, or the runs of a folder or of a day as a table.
 
-    Raises SssiError once the table is shown, where a run failed.
+    Raises SssiError once the table is shown, where a run has no recording.
     """
+    from sssi_exudyn.importing.days.day import DayPiece
     from sssi_exudyn.recording.inspection import inspect_recording
     from sssi_exudyn.recording.recording import Recording
 
@@ -100,6 +102,9 @@ def show_imported(imported: Recording | Sequence[ImportedRun], options: argparse
     from sssi_exudyn.io.writing import to_plain
     from sssi_exudyn.terminal.text import format_table
 
+    days = [row for row in imported if isinstance(row, DayPiece)]
+    if days:
+        return _show_day(days, options)
     brief = [{name: row[name] for name in row if name not in ("assumed", "notes")} for row in to_plain(imported)]
     text = to_json(imported) if options.json else format_table(brief)
     failed = sum(row.status == "failed" for row in imported)
@@ -108,6 +113,31 @@ def show_imported(imported: Recording | Sequence[ImportedRun], options: argparse
         table = options.out / "recordings.csv"
         raise SssiError(f"{failed} of {len(imported)} runs could not be imported; {table} says why")
     return text
+
+
+def _show_day(pieces: Sequence[DayPiece], options: argparse.Namespace) -> str:
+    """Show the pieces of a day as a table after a line about them.
+
+    Raises SssiError once they are shown, where a run has no recording.
+    """
+    from sssi_exudyn.importing.days.day import TABLE
+    from sssi_exudyn.io.writing import to_plain
+    from sssi_exudyn.terminal.text import format_table
+
+    runs = [piece for piece in pieces if piece.run is not None]
+    hidden = ("first_fix", "last_fix", "file", "sha256", "start_s" if pieces[0].start_utc else "start_utc")
+    brief = [{name: row[name] for name in row if name not in hidden} for row in to_plain(pieces)]
+    made = sum(bool(piece.recording) for piece in runs)
+    words = f"{pieces[0].file} holds {len(runs)} runs: a folder of each in {options.out}; --run N takes one alone\n"
+    text = to_json(pieces) if options.json else words * bool(made) + format_table(brief)
+    if made == len(runs):
+        return text
+    sys.stdout.write(text)
+    table = options.out / TABLE
+    if not made and all(piece.status == "listed" for piece in runs):
+        reason = "a recording needs the skier's motion too: add a sensor (such as pocket=phone.csv) or a capture"
+        raise SssiError(f"{table} lists the {len(runs)} runs of {pieces[0].file}; {reason}")
+    raise SssiError(f"{len(runs) - made} of {len(runs)} runs have no recording; {table} says why")
 
 
 def show_muscles(shown: Result | Sequence[Mapping[str, object]], options: argparse.Namespace) -> str:

@@ -14,13 +14,6 @@ from sssi_exudyn.terminal.command import Command, Group
 from sssi_exudyn.terminal.signature import Parameter
 
 
-def _import(files: list[Path], out: Path, *, progress: Progress, **answers: Any) -> Any:
-    """Import files, or all runs of one folder."""
-    if len(files) == 1 and files[0].is_dir():
-        return recordings.import_folder(files[0], out, progress=progress, **answers)
-    return recordings.import_files(files, out, **answers)
-
-
 def _diagnose(folders: list[Path], out: Path, *, progress: Progress, **options: Any) -> Any:
     """Diagnose one recording, or several of one day together."""
     if len(folders) > 1:
@@ -101,7 +94,7 @@ COMMANDS: Final = (
     Command("example", recordings.example, shown.show_path("recording"), "commands.examples"),
     Command("inspect", recordings.inspect, shown.show_inspection, "commands.recordings"),
     Command("terrain", recordings.terrain, shown.show_surface, "commands.recordings"),
-    Command("import", recordings.import_files, shown.show_imported, "commands.recordings", call=_import),
+    Command("import", recordings.import_files, shown.show_imported, "commands.recordings", call=recordings.import_any),
     Command("simulate", runs.simulate, shown.show_result, "commands.runs"),
     Command("fit", runs.fit, shown.show_result, "commands.runs"),
     Command("validate", runs.validate, shown.show_result, "commands.runs"),

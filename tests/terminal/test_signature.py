@@ -14,7 +14,7 @@ import pytest
 import sssi_exudyn
 from sssi_exudyn import cli
 from sssi_exudyn.api.diagnosis import diagnose, diagnose_day
-from sssi_exudyn.api.recordings import import_files, import_folder
+from sssi_exudyn.api.recordings import import_day, import_files, import_folder
 from sssi_exudyn.core import choices
 from sssi_exudyn.core.command_line import Argument, Option, PythonOnly
 from sssi_exudyn.core.errors import InputError
@@ -54,6 +54,7 @@ NO_COMMAND = {
     *("read_recording", "model_of", "read_model", "load"),  # they return objects
     *("use_plugin", "check_term", "quantity"),  # for laws of one's own
     "diagnose_day",  # is ``sssi diagnose`` of several recordings
+    "import_day",  # is ``sssi import`` of a track with several descents
 }
 NOT_PUBLIC = {"terrain", "identify", "benchmark", "diagnose_known", "semi_real"}
 """Functions of commands that are of no use without the command line."""
@@ -131,7 +132,8 @@ def test_options_of_python_and_of_the_command_line_are_the_same(command: Command
     assert expected <= there
 
 
-@pytest.mark.parametrize(("one", "several"), [(diagnose, diagnose_day), (import_files, import_folder)])
+@pytest.mark.parametrize(("one", "several"), [(diagnose, diagnose_day), (import_files, import_folder), (import_files, import_day)]
+)
 def test_a_function_of_several_runs_has_the_options_of_one(one: Any, several: Any) -> None:
     first, second = (
         {

@@ -1,0 +1,56 @@
+"""Files of a telephone's app under the names that the app gives them, paired to one sensor without further words.
+
+Sensor Logger writes ``Gyroscope.csv``, ``TotalAcceleration.csv`` (or ``Accelerometer.csv`` and ``Gravity.csv``),
+``Barometer.csv`` and ``Location.csv``; phyphox ``Gyroscope.csv``, ``Accelerometer.csv``, ``Pressure.csv`` and
+``Location.csv``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from sssi_exudyn.importing.sensor_logs import BAROMETER, split_place
+
+_GYROSCOPE, _LOCATION = "gyroscope", "location"
+_ACCELERATIONS: Final = (("totalacceleration",), ("accelerometer", "gravity"), ("accelerometer",))
+"""Files that hold the acceleration with gravity, the first of which that are there are taken."""
+_PRESSURES: Final = ("barometer", "pressure")
+_USUAL_PLACE: Final = "pocket"
+
+
+def app_files(folder: Path) -> list[Path]:
+    """Return the files of an app's export that are read, where ``folder`` holds one; else nothing."""
+    by_name = {path.stem.lower(): path for path in sorted(folder.iterdir()) if path.suffix.lower() == ".csv"}
+    if not {_GYROSCOPE, _LOCATION} <= by_name.keys():
+        return []
+    names = (_GYROSCOPE, _LOCATION, *dict.fromkeys(name for names in _ACCELERATIONS for name in names), *_PRESSURES)
+    return [by_name[name] for name in names if name in by_name]
+
+
+def with_places(files: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
+    """Return the files with the place of a telephone in a pocket before an app's gyroscope and accelerometer.
+
+    Files that have a place already keep it, and where a sensor has one nothing is assumed.  The second value says in
+    words what was assumed.
+    """
+    free = {path.stem.lower(): path for path in files if split_place(path) is None and path.suffix.lower() == ".csv"}
+    placed = {place[0] for path in files if (place := split_place(path)) is not None}
+    places: dict[Path, str | None] = {}
+    notes: tuple[str, ...] = ()
+    if _GYROSCOPE in free and not placed - {BAROMETER}:
+        taken = next((names for names in _ACCELERATIONS if free.keys() >= set(names)), ())
+        unused = {name for names in _ACCELERATIONS for name in names} - set(taken)
+        places |= {free[name]: _USUAL_PLACE for name in (_GYROSCOPE, *taken)}
+        places |= {free[name]: None for name in unused if name in free}  # the acceleration in another form
+        notes = ("the telephone is assumed to have been in a pocket (give PLACE=FILE, such as chest=, where not)",)
+    if BAROMETER not in placed:
+        pressure = next((free[name] for name in _PRESSURES if name in free), None)
+        places |= {} if pressure is None else {pressure: BAROMETER}
+    given: list[Path] = []
+    for path in files:
+        place = places.get(path, "")
+        if place is not None:
+            given.append(Path(f"{place}={path}") if place else path)
+    return given, notes

@@ -1,0 +1,70 @@
+"""Files of a telephone's app, paired by the names that the app gives them; and sensors' files without their place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.importing.answers import Answers
+from sssi_exudyn.importing.app_exports import app_files, with_places
+from sssi_exudyn.importing.assemble import import_recording
+
+SENSOR_LOGGER = ("Location", "Gyroscope", "Accelerometer", "Gravity", "TotalAcceleration", "Barometer", "Orientation")
+PHYPHOX = ("Location", "Gyroscope", "Accelerometer", "Pressure", "Magnetometer")
+
+
+def export(folder: Path, names: tuple[str, ...]) -> list[Path]:
+    for name in names:
+        (folder / f"{name}.csv").write_text("time,seconds_elapsed,z,y,x\n", encoding="utf-8")
+    return [folder / f"{name}.csv" for name in names]
+
+
+def given(folder: Path) -> list[str]:
+    """Return the files of an export with their places, without the folder."""
+    return sorted(str(path).replace(f"{folder}/", "") for path in with_places(app_files(folder))[0])
+
+
+def test_an_export_is_one_sensor_in_a_pocket(tmp_path: Path) -> None:
+    export(tmp_path, SENSOR_LOGGER)
+    paired = ["Location.csv", "barometer=Barometer.csv", "pocket=Gyroscope.csv", "pocket=TotalAcceleration.csv"]
+    assert given(tmp_path) == paired
+    (tmp_path / "TotalAcceleration.csv").unlink()
+    assert given(tmp_path)[3:] == ["pocket=Gravity.csv", "pocket=Gyroscope.csv"]
+    assert given(tmp_path)[2] == "pocket=Accelerometer.csv"
+
+
+def test_phyphox_is_paired_as_well(tmp_path: Path) -> None:
+    export(tmp_path, PHYPHOX)
+    paired = ["Location.csv", "barometer=Pressure.csv", "pocket=Accelerometer.csv", "pocket=Gyroscope.csv"]
+    assert given(tmp_path) == paired
+
+
+def test_a_place_that_is_given_is_kept(tmp_path: Path) -> None:
+    location, gyro, accel, *_ = export(tmp_path, PHYPHOX)
+    files = [Path(f"chest={gyro}"), Path(f"chest={accel}"), location]
+    assert with_places(files) == (files, ())
+    files, notes = with_places([gyro, accel, location])
+    assert files == [Path(f"pocket={gyro}"), Path(f"pocket={accel}"), location]
+    assert len(notes) == 1
+
+
+def test_a_folder_without_gyroscope_or_fixes_is_no_export(tmp_path: Path) -> None:
+    assert app_files(tmp_path) == []
+    export(tmp_path, ("Gyroscope", "Accelerometer"))
+    assert app_files(tmp_path) == []
+
+
+def test_a_sensors_file_without_its_place_is_told_so(tmp_path: Path) -> None:
+    log = tmp_path / "imu.csv"
+    log.write_text("t_s,ax,ay,az,gx,gy,gz\n0,1,2,3,4,5,6\n", encoding="utf-8")
+    fixes = tmp_path / "gps.csv"
+    fixes.write_text("time_s,latitude_deg,longitude_deg,altitude_m\n", encoding="utf-8")
+    for files in ([log, fixes], [fixes, log]):
+        with pytest.raises(InputError, match=r"imu.csv: it is a sensor's file.*write its place before it: pocket=imu"):
+            import_recording(files, tmp_path / "out", Answers())
+    with pytest.raises(InputError, match=r"'phone' is no place of a sensor; write one of left_ski=, .*insoles="):
+        import_recording([Path(f"phone={log}"), fixes], tmp_path / "out", Answers())
+    with pytest.raises(InputError, match=r"pocket=phone.csv"):
+        import_recording([fixes], tmp_path / "out", Answers())
