@@ -2,7 +2,7 @@
 
 Sensor Logger writes ``Gyroscope.csv``, ``TotalAcceleration.csv`` (or ``Accelerometer.csv`` and ``Gravity.csv``),
 ``Barometer.csv`` and ``Location.csv``; phyphox ``Gyroscope.csv``, ``Accelerometer.csv``, ``Pressure.csv`` and
-``Location.csv``.
+``Location.csv``.  A film of a GoPro camera holds fixes and a sensor.
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import Final
 
 from sssi_exudyn.importing.sensor_logs import BAROMETER, split_place
+from sssi_exudyn.recording.instruments.gopro import SUFFIXES as CAMERAS
 
 _GYROSCOPE, _LOCATION = "gyroscope", "location"
 _ACCELERATIONS: Final = (("totalacceleration",), ("accelerometer", "gravity"), ("accelerometer",))
 """Files that hold the acceleration with gravity, the first of which that are there are taken."""
 _PRESSURES: Final = ("barometer", "pressure")
-_USUAL_PLACE: Final = "pocket"
+_USUAL_PLACE, _CAMERA_PLACE = "pocket", "helmet"
 
 
 def app_files(folder: Path) -> list[Path]:
@@ -36,6 +37,7 @@ def with_places(files: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
     words what was assumed.
     """
     free = {path.stem.lower(): path for path in files if split_place(path) is None and path.suffix.lower() == ".csv"}
+    films = [path for path in files if split_place(path) is None and path.suffix.lower() in CAMERAS]
     placed = {place[0] for path in files if (place := split_place(path)) is not None}
     places: dict[Path, str | None] = {}
     notes: tuple[str, ...] = ()
@@ -45,6 +47,9 @@ def with_places(files: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
         places |= {free[name]: _USUAL_PLACE for name in (_GYROSCOPE, *taken)}
         places |= {free[name]: None for name in unused if name in free}  # the acceleration in another form
         notes = ("the telephone is assumed to have been in a pocket (give PLACE=FILE, such as chest=, where not)",)
+    elif len(films) == 1 and not placed - {BAROMETER}:
+        files = [*files, Path(f"{_CAMERA_PLACE}={films[0]}")]
+        notes = ("the camera is assumed to have been on the helmet (give PLACE=FILE, such as chest=, where not)",)
     if BAROMETER not in placed:
         pressure = next((free[name] for name in _PRESSURES if name in free), None)
         places |= {} if pressure is None else {pressure: BAROMETER}

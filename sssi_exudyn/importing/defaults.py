@@ -32,9 +32,10 @@ the ankle; a receiver of one frequency, with its accuracy, in a vest between the
 OF_TELEPHONES: Final[dict[str, dict[str, Any]]] = {
     "pocket": {"antenna_joint": "Hips", "antenna_offset_m": (0.0, 0.0, 0.12)},
     "pelvis": {"antenna_joint": "Hips", "antenna_offset_m": (0.0, 0.0, -0.12)},
+    "helmet": {"antenna_joint": "Head", "antenna_offset_m": (0.0, 0.2, 0.1)},
     "chest": {"antenna_joint": "Spine2", "antenna_offset_m": (0.0, 0.1, 0.14)},
 }
-"""Place of a telephone's receiver by the telephone's place: on the front of hip or chest, or in a belt behind."""
+"""Place of a telephone's or a camera's receiver: on the front of hip or chest, in a belt behind, or on the helmet."""
 PLACES: Final = {
     "mass_kg": ("skier", "mass_kg"),
     "height_m": ("skier", "height_m"),

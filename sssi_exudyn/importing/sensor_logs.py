@@ -25,6 +25,8 @@ from sssi_exudyn.io.files import read_text
 from sssi_exudyn.io.long_table import pieces_of_lines
 from sssi_exudyn.io.repairs import Repairs
 from sssi_exudyn.io.table import TORN_LINES, Table, bridge_gaps, check_time, in_order, numbers, parsed_rows
+from sssi_exudyn.recording.instruments.gopro import SUFFIXES as CAMERAS
+from sssi_exudyn.recording.instruments.gopro import read_telemetry
 from sssi_exudyn.recording.instruments.imu import PLACES, check_channels, read_barometer, read_imu
 from sssi_exudyn.recording.instruments.insoles import read_insoles
 
@@ -90,7 +92,8 @@ def read_logs(files: Sequence[tuple[str, Path]]) -> list[Log]:
     places: dict[str, list[Log]] = {}
     for place, path in files:
         if place != PRESSURE:
-            places.setdefault(place, []).append(_read_log(place, path))
+            camera = path.suffix.lower() in CAMERAS
+            places.setdefault(place, []).extend(_camera_logs(place, path) if camera else [_read_log(place, path)])
     logs = []
     for several in places.values():
         whole = _with_gravity(several)
@@ -245,6 +248,20 @@ def _cells(path: Path) -> list[tuple[int, list[str]]]:
         raise InputError(path, "header", "more columns than any instrument has", "export the file again")
     check_samples(path, "", len(lines), widest)
     return [(number, line.split(",")) for number, line in lines]
+
+
+def _camera_logs(place: str, path: Path) -> list[Log]:
+    """Read gyroscope and accelerometer of a film.  Raises InputError where the film has not both."""
+    telemetry = read_telemetry(path)
+    logs = []
+    for rows, channels, word in ((telemetry.rate, _RATE, "gyroscope"), (telemetry.force, _FORCE, "accelerometer")):
+        if len(rows) < 3:
+            raise InputError(path, "", f"the film's telemetry has no {word}", "use another camera or sensor")
+        check_samples(path, word, len(rows), 4)
+        columns = dict(zip(("time_s", *channels.values()), rows.T, strict=True))
+        table = in_order(Table(path, columns, tuple(range(1, len(rows) + 1)), notes=telemetry.notes))
+        logs.append(Log(place, table, None, table.notes))
+    return logs
 
 
 def _read_log(place: str, path: Path) -> Log:

@@ -5,11 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from gopro_file import film, payloads
+from pymap3d import enu2geodetic
+from strapped import LAG, strapped
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.app_exports import app_files, with_places
 from sssi_exudyn.importing.assemble import import_recording
+from sssi_exudyn.recording.read import read_recording
 
 SENSOR_LOGGER = ("Location", "Gyroscope", "Accelerometer", "Gravity", "TotalAcceleration", "Barometer", "Orientation")
 PHYPHOX = ("Location", "Gyroscope", "Accelerometer", "Pressure", "Magnetometer")
@@ -48,6 +52,31 @@ def test_a_place_that_is_given_is_kept(tmp_path: Path) -> None:
     files, notes = with_places([gyro, accel, location])
     assert files == [Path(f"pocket={gyro}"), Path(f"pocket={accel}"), location]
     assert len(notes) == 1
+
+
+def test_a_film_is_fixes_and_a_sensor_on_the_helmet(tmp_path: Path) -> None:
+    path = tmp_path / "GX010001.MP4"
+    files, notes = with_places([path])
+    assert files == [path, Path(f"helmet={path}")]
+    assert "on the helmet" in notes[0]
+    assert with_places([Path(f"chest={path}"), path]) == ([Path(f"chest={path}"), path], ())
+
+
+@pytest.mark.long
+def test_a_film_alone_makes_a_recording(tmp_path: Path) -> None:
+    whole = read_recording(Path(__file__).parents[2] / "examples" / "intermediate")
+    one, gps = strapped(whole, "pocket", 4), whole.gps
+    assert gps is not None
+    latitude, longitude, altitude = enu2geodetic(*gps.enu.T, *gps.origin)
+    columns = {"latitude_deg": latitude, "longitude_deg": longitude, "altitude_m": altitude}
+    made = payloads({"time_s": gps.time + LAG - gps.time[0], **columns}, one.time - one.time[0], one.rate, one.force)
+    (tmp_path / "GX010001.MP4").write_bytes(film(made))
+    recording = import_recording([tmp_path / "GX010001.MP4"], tmp_path / "out", Answers())
+    assert recording.completed is not None
+    assert recording.completed.lag is not None
+    assert recording.completed.lag.value == pytest.approx(LAG, abs=0.5)  # as of a telephone's sensor
+    assert recording.gps is not None
+    assert recording.gps.segment == "Head"
 
 
 def test_a_folder_without_gyroscope_or_fixes_is_no_export(tmp_path: Path) -> None:

@@ -132,7 +132,8 @@ def test_options_of_python_and_of_the_command_line_are_the_same(command: Command
     assert expected <= there
 
 
-@pytest.mark.parametrize(("one", "several"), [(diagnose, diagnose_day), (import_files, import_folder), (import_files, import_day)]
+@pytest.mark.parametrize(
+    ("one", "several"), [(diagnose, diagnose_day), (import_files, import_folder), (import_files, import_day)]
 )
 def test_a_function_of_several_runs_has_the_options_of_one(one: Any, several: Any) -> None:
     first, second = (

@@ -6,6 +6,7 @@ Sensors that were recorded along with the track are cut to each run.
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -30,7 +31,7 @@ from sssi_exudyn.importing.assemble import (
 )
 from sssi_exudyn.importing.days.descents import LEAST_DROP, LEAST_TIME, Piece, averaged_speed, split_day
 from sssi_exudyn.importing.sensor_logs import cut_log
-from sssi_exudyn.io.files import sha256
+from sssi_exudyn.io.files import open_regular
 from sssi_exudyn.io.writing import folder_lock, write_atomically
 from sssi_exudyn.recording.instruments.fixes import REQUIRED, Fixes
 from sssi_exudyn.recording.instruments.imu import PLACES as IMU_PLACES
@@ -154,7 +155,8 @@ def import_day(files: Sequence[Path], out: Path, answers: Answers, stage: Stage 
     material = read_material(sources, answers)
     track = _track_of(material)
     offset = offset_of_fixes(material, answers) if material.logs else 0.0
-    digest = sha256(track.path)
+    with open_regular(track.path) as stream:  # which may be a film of gigabytes
+        digest = hashlib.file_digest(stream, "sha256").hexdigest()
     rows: list[DayPiece] = []
     count = 0
     with folder_lock(out):
@@ -259,7 +261,7 @@ def _row(
         first_fix=track.fixes.places[piece.first],
         last_fix=track.fixes.places[piece.last],
         file=one_line(track.path.name),
-        sha256=digest.removeprefix("sha256:"),
+        sha256=digest,
     )
 
 

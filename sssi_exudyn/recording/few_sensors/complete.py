@@ -30,7 +30,7 @@ from sssi_exudyn.recording.few_sensors.posture_model import (
 )
 from sssi_exudyn.recording.instruments.bvh import Bvh, joint_positions, world_rotations
 from sssi_exudyn.recording.instruments.gps import Gps
-from sssi_exudyn.recording.instruments.imu import FEET, Barometer, Imu
+from sssi_exudyn.recording.instruments.imu import FEET, LOOSE, Barometer, Imu
 from sssi_exudyn.recording.slope_and_heading import SlopeEstimate, estimate_slope
 
 _RATE: Final = 50.0
@@ -140,7 +140,7 @@ def complete(imus: tuple[Imu, ...], gps: Gps, ground: Ground, body: Body) -> Com
         course = fused_course(gps, velocity - moved, time, yaw)
         pull = course.acceleration @ level_to_enu(ground.azimuth)
         frames, lean = _snow_frames(course.azimuth, pull, ground)
-        seen = {imu.place: _segment_attitude(imu, course, frames, lean, pull) for imu in imus if imu.place != "pocket"}
+        seen = {imu.place: _segment_attitude(imu, course, frames, lean, pull) for imu in imus if imu.place not in LOOSE}
         feet = [next((seen[place] for place in places if place in seen), None) for places in FEET.values()]
         frames, lean = _snow_frames(course.azimuth + _steering(feet, frames), pull, ground)
         trunk = lowpass(_roll(seen["chest"], frames), _RATE, _EDGE_CUTOFF) if "chest" in seen else None

@@ -23,6 +23,7 @@ from sssi_exudyn.recording.instruments.fixes import Fixes, fixes_csv, fixes_gpx
 from sssi_exudyn.recording.instruments.fixes_fit import fixes_fit
 from sssi_exudyn.recording.instruments.fixes_nmea import fixes_nmea
 from sssi_exudyn.recording.instruments.fixes_tcx import fixes_tcx
+from sssi_exudyn.recording.instruments.gopro import SUFFIXES, fixes_gopro
 
 _BOUNDS: Final = {
     "altitude_m": (-500.0, 9000.0),
@@ -88,6 +89,7 @@ READERS: Final[dict[str, Callable[[Path], Fixes]]] = {
     ".fit": fixes_fit,
     ".nmea": fixes_nmea,
     ".tcx": fixes_tcx,
+    **dict.fromkeys(SUFFIXES, fixes_gopro),
 }
 
 

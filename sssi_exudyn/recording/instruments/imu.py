@@ -19,8 +19,10 @@ from sssi_exudyn.io.bounds import MAX_SENSOR, check_samples
 from sssi_exudyn.io.repairs import Repairs
 from sssi_exudyn.io.table import Clock, Table, bridge_gaps, in_order, read_table
 
-PLACES: Final = ("left_ski", "right_ski", "left_boot", "right_boot", "chest", "pelvis", "pocket")
-"""Places where a sensor may sit.  In a pocket it turns with the body, but its mounting is unknown."""
+PLACES: Final = ("left_ski", "right_ski", "left_boot", "right_boot", "chest", "pelvis", "pocket", "helmet")
+"""Places where a sensor may sit."""
+LOOSE: Final = ("pocket", "helmet")
+"""Places where it turns with the body, but not rigidly with a segment of the assumed posture."""
 FEET: Final = {"left": ("left_ski", "left_boot"), "right": ("right_ski", "right_boot")}
 """Places that move rigidly with each foot."""
 _RATE: Final = tuple(f"rate_{axis}_radps" for axis in "xyz")

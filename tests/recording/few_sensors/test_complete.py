@@ -228,7 +228,7 @@ def test_broken_channels_are_reported(in_a_pocket: Path, tmp_path: Path, change:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('on = "pocket"', 'on = "helmet"', "is no place"),
+        ('on = "pocket"', 'on = "hat"', "is no place"),
         ("[gps]", '[[sensors]]\nfile = "sensors/pocket.csv"\non = "pocket"\n[gps]', "a sensor on 'pocket' already"),
         ("[[sensors]]", "[sensors]", "this must be tables"),
         ("[gps]", '[motion]\nfile = "x.bvh"\n[gps]', "there is a \\[motion\\] as well"),
