@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import struct
+import zipfile
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
+import pymap3d
 from tiny import Columns
 
 START = datetime(2026, 2, 1, 23, 59, 57, tzinfo=UTC)
@@ -65,6 +68,71 @@ def tcx(columns: Columns, *, speed: float = 8.1) -> str:
         f'<?xml version="1.0"?>\n<TrainingCenterDatabase {spaces}><Activities><Activity Sport="Other">{laps}'
         "</Activity></Activities></TrainingCenterDatabase>"
     )
+
+
+def ski_app(columns: Columns, suffix: str, *, radius: float = 4.5, speed: float = 8.1) -> bytes:
+    """Return the archive of a ski app; the first speed and course are unknown."""
+    rows = []
+    for time, lat, lon, alt in zip(*(columns[name] for name in columns), strict=True):
+        moved = "-1.0,-1.0" if not rows else f"160.5,{speed}"
+        clock = f"{START.timestamp() + time:.3f}"
+        rows.append(f"{clock},{lat:.9f},{lon:.9f},{alt:.4f},{moved},{radius},3.0")
+    table = "\n".join(rows) + "\n"
+    held = io.BytesIO()
+    with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("Track.xml" if suffix == ".skiz" else "Metadata.xml", "<track/>")
+        archive.writestr("Nodes.csv" if suffix == ".skiz" else "day/RawGPS.csv", table)
+        archive.writestr("Segment.csv" if suffix == ".skiz" else "day/GPS.csv", "0,0,0,0\n" * 5)
+    return held.getvalue()
+
+
+def gnss_logger(columns: Columns, *, radius: float = 4.5, titles: bool = True) -> str:
+    """Return a log of GnssLogger: fixes of three providers among raw measurements."""
+    lines = ["# Raw,utcTimeMillis,TimeNanos"]
+    if titles:
+        lines.append(
+            "# Fix,Provider,LatitudeDegrees,LongitudeDegrees,AltitudeMeters,SpeedMps,AccuracyMeters,BearingDegrees,"
+            "UnixTimeMillis,SpeedAccuracyMps"
+        )
+    for time, lat, lon, alt in zip(*(columns[name] for name in columns), strict=True):
+        clock = round(1e3 * (START.timestamp() + time))
+        more = f"{alt:.4f},8.1,{radius},160.5,{clock},0.3"
+        lines += [f"Raw,{clock},1,2,3", f"Fix,GPS,{lat:.9f},{lon:.9f},{more}"]
+        lines += [f"Fix,FLP,{lat + 1e-4:.9f},{lon:.9f},{more}", f"Fix,NLP,{lat:.4f},{lon:.4f},,,900.0,,{clock},"]
+    return "\n".join(lines) + "\n"
+
+
+def rtklib(columns: Columns, form: str = "deg", clock: str = "GPST", *, weeks: bool = False) -> str:
+    """Return a solution of RTKLIB.
+
+    Parameters
+    ----------
+    form : "deg", "minutes" or "ecef";  clock : "GPST", "UTC" or "JST";  weeks : whether times are GPS weeks and seconds
+    """
+    place = {
+        "deg": "latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)",
+        "minutes": "latitude(d'\")   longitude(d'\")  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)",
+        "ecef": "x-ecef(m)      y-ecef(m)      z-ecef(m)   Q  ns   sdx(m)   sdy(m)   sdz(m)",
+    }[form]
+    lines = ["% program   : RTKPOST ver.2.4.3", f"%  {clock}                  {place} age(s)  ratio vn(m/s) ve(m/s)"]
+    ahead = {"GPST": 18.0, "UTC": 0.0, "JST": 32400.0}[clock]
+    for time, lat, lon, alt in zip(*(columns[name] for name in columns), strict=True):
+        moment = START + timedelta(seconds=ahead + float(time))
+        since = (moment - datetime(1980, 1, 6, tzinfo=UTC)).total_seconds()
+        shown = f"{moment:%Y/%m/%d %H:%M:%S}.{moment.microsecond // 1000:03d}"
+        shown = f"{int(since // 604800)} {since % 604800:.3f}" if weeks else shown
+        where = f"{lat:.9f} {lon:.9f} {alt:.4f}"
+        if form == "minutes":
+            where = f"{_sexagesimal(lat)} {_sexagesimal(lon)} {alt:.4f}"
+        elif form == "ecef":
+            where = " ".join(f"{value:.4f}" for value in pymap3d.geodetic2ecef(lat, lon, alt))
+        lines.append(f"{shown}   {where}   1  12   0.0300   0.0400   0.0500   0.00   50.0  -3.0  4.0")
+    return "\n".join(lines) + "\n"
+
+
+def _sexagesimal(degrees: float) -> str:
+    minutes = 60.0 * (degrees - int(degrees))
+    return f"{int(degrees)} {int(minutes)} {60.0 * (minutes - int(minutes)):.6f}"
 
 
 def fit(columns: Columns, *, speed: float = 8.1) -> bytes:

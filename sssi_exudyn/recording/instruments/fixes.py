@@ -52,7 +52,7 @@ _UNSURE: Final = ("altitude_m", *OPTIONAL)
 """Columns in which a receiver may leave a cell empty."""
 _SOMEWHERE: Final = (46.0, 8.0)
 """Latitude and longitude (°) at which local coordinates are placed; a slope's place on Earth has no effect here."""
-_RADIUS: Final = float(np.sqrt(-2.0 * np.log(1.0 - 0.68)))
+RADIUS: Final = float(np.sqrt(-2.0 * np.log(1.0 - 0.68)))
 """Radius around 68 % of fixes, in standard deviations of one direction: a telephone's accuracy (Android,
 Location.getHorizontalAccuracyMeters).
 """
@@ -142,7 +142,7 @@ def _rename_columns(table: Table) -> tuple[Table, tuple[str, ...]]:
 def _fixes_phone(path: Path, table: Table, names: dict[str, str]) -> Fixes:
     """Read the fixes of a telephone; those with a poor or no accuracy are left out and noted."""
     columns = {ours: table.columns[theirs] for theirs, ours in names.items()}
-    columns["sigma_m"] = columns["sigma_m"] / _RADIUS
+    columns["sigma_m"] = columns["sigma_m"] / RADIUS
     good = (columns["sigma_m"] > 0.0) & (columns["sigma_m"] <= WORST)
     if np.count_nonzero(good) < 3:
         raise InputError(

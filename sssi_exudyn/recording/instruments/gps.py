@@ -21,9 +21,14 @@ from sssi_exudyn.io.table import SHORT_GAP, Clock, bridge_gaps
 from sssi_exudyn.recording.instruments.fix_repairs import DEGREE, FASTEST, repaired
 from sssi_exudyn.recording.instruments.fixes import Fixes, fixes_csv, fixes_gpx
 from sssi_exudyn.recording.instruments.fixes_fit import fixes_fit
+from sssi_exudyn.recording.instruments.fixes_gnss_logger import fixes_gnss_logger
 from sssi_exudyn.recording.instruments.fixes_nmea import fixes_nmea
+from sssi_exudyn.recording.instruments.fixes_rtklib import fixes_rtklib
+from sssi_exudyn.recording.instruments.fixes_ski_apps import SUFFIXES as SKI_APPS
+from sssi_exudyn.recording.instruments.fixes_ski_apps import fixes_ski_app
 from sssi_exudyn.recording.instruments.fixes_tcx import fixes_tcx
-from sssi_exudyn.recording.instruments.gopro import SUFFIXES, fixes_gopro
+from sssi_exudyn.recording.instruments.gopro import SUFFIXES as FILMS
+from sssi_exudyn.recording.instruments.gopro import fixes_gopro
 
 _BOUNDS: Final = {
     "altitude_m": (-500.0, 9000.0),
@@ -89,7 +94,10 @@ READERS: Final[dict[str, Callable[[Path], Fixes]]] = {
     ".fit": fixes_fit,
     ".nmea": fixes_nmea,
     ".tcx": fixes_tcx,
-    **dict.fromkeys(SUFFIXES, fixes_gopro),
+    **dict.fromkeys(FILMS, fixes_gopro),
+    **dict.fromkeys(SKI_APPS, fixes_ski_app),
+    ".pos": fixes_rtklib,
+    ".txt": fixes_gnss_logger,
 }
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import sys
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from fix_files import START, fit, nmea, phone, tcx
+from fix_files import START, fit, gnss_logger, nmea, phone, rtklib, ski_app, tcx
 from tiny import Columns, motion
 
 from sssi_exudyn.core.errors import InputError
@@ -32,6 +34,16 @@ FORMATS: dict[str, tuple[str | bytes, Columns, float, float]] = {
     "watch.fit": (fit(track(10)), track(10), 5e-8, 0.1),  # half a semicircle of 84 nano-degrees; 1/5 m
     "Location.csv": (phone(track()), track(), 1e-9, 1e-3),
     "watch.tcx": (tcx(track()), track(), 1e-9, 1e-3),
+    "day.skiz": (ski_app(track(), ".skiz"), track(), 1e-9, 1e-3),
+    "day.slopes": (ski_app(track(), ".slopes"), track(), 1e-9, 1e-3),
+    "gnss_log.txt": (gnss_logger(track()), track(), 1e-9, 1e-3),
+    "untitled.txt": (gnss_logger(track(), titles=False), track(), 1e-9, 1e-3),
+    "degrees.pos": (rtklib(track()), track(), 1e-9, 1e-3),
+    "minutes.pos": (rtklib(track(), "minutes"), track(), 1e-9, 1e-3),
+    "ecef.pos": (rtklib(track(), "ecef"), track(), 2e-9, 1e-3),  # tenths of a millimetre
+    "weeks.pos": (rtklib(track(), weeks=True), track(), 1e-9, 1e-3),
+    "utc.pos": (rtklib(track(), clock="UTC"), track(), 1e-9, 1e-3),
+    "japan.pos": (rtklib(track(), clock="JST"), track(), 1e-9, 1e-3),
 }
 
 
@@ -78,6 +90,101 @@ def test_tcx_speed_torn_end_and_points_without_a_place(tmp_path: Path) -> None:
         read_fixes(write(tmp_path, "empty.tcx", "<TrainingCenterDatabase></TrainingCenterDatabase>"))
     with pytest.raises(InputError, match="DTD"):
         read_fixes(write(tmp_path, "bomb.tcx", "<!DOCTYPE a [<!ENTITY b 'c'>]>" + text))
+
+
+RADIUS_68 = np.sqrt(-2.0 * np.log(0.32))
+"""Radius around 68 % of fixes, in standard deviations of one direction."""
+
+
+@pytest.mark.parametrize("suffix", [".skiz", ".slopes"])
+def test_ski_apps_speed_course_and_spread(suffix: str, tmp_path: Path) -> None:
+    columns = read_fixes(write(tmp_path, f"day{suffix}", ski_app(track(), suffix, speed=7.25))).columns
+    assert columns["speed_mps"][1:] == pytest.approx(7.25)
+    assert columns["course_deg"][1:] == pytest.approx(160.5)
+    assert columns["sigma_m"] == pytest.approx(4.5 / RADIUS_68)
+
+
+def test_archives_that_cannot_be_used_are_one_clear_line(tmp_path: Path) -> None:
+    whole = ski_app(track(), ".skiz")
+
+    def refusal(content: bytes, name: str = "day.skiz") -> str:
+        with pytest.raises(InputError) as caught:
+            read_fixes(write(tmp_path, name, content))
+        return str(caught.value)
+
+    assert "damaged, or no archive" in refusal(whole[: len(whole) // 2])
+    assert "damaged, or no archive" in refusal(b"not an archive")
+    at = whole.index(b"Nodes.csv") + 20
+    assert "damaged or encrypted" in refusal(whole[:at] + bytes([whole[at] ^ 255]) + whole[at + 1 :])
+    assert "it holds no RawGPS.csv or GPS.csv, but Nodes.csv, Segment.csv, Track.xml" in refusal(whole, "day.slopes")
+    held = io.BytesIO()
+    with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("Nodes.csv", b"0" * 60_000_000)
+    assert "Nodes.csv: it has more than 50 MB" in refusal(held.getvalue())
+    held = io.BytesIO()
+    with zipfile.ZipFile(held, "w") as archive:
+        for number in range(5000):
+            archive.writestr(f"{number}.csv", "")
+    assert "more files than any app writes" in refusal(held.getvalue())
+    held = io.BytesIO()
+    with zipfile.ZipFile(held, "w") as archive:
+        archive.writestr("Nodes.csv", "1,2\n3,4\n5,6\n")
+    assert "3 rows of 2 columns are no table of fixes" in refusal(held.getvalue())
+
+
+def test_a_torn_row_of_a_ski_app_costs_itself(tmp_path: Path) -> None:
+    held = io.BytesIO(ski_app(track(), ".skiz"))
+    with zipfile.ZipFile(held) as archive:
+        lines = archive.read("Nodes.csv").decode().split("\n")
+    lines[20] = lines[20][:30]
+    held = io.BytesIO()
+    with zipfile.ZipFile(held, "w") as archive:
+        archive.writestr("Nodes.csv", "\n".join(lines))
+    fixes = read_fixes(write(tmp_path, "day.skiz", held.getvalue()))
+    assert len(fixes.places) == len(track()["time_s"]) - 1
+    assert any("1 of 81 line(s) that are torn" in note and "line 21" in note for note in fixes.notes)
+
+
+def test_a_gnss_log_has_the_receivers_own_fixes(tmp_path: Path) -> None:
+    fixes = read_fixes(write(tmp_path, "gnss_log.txt", gnss_logger(track())))
+    assert fixes.columns["speed_mps"] == pytest.approx(8.1)
+    assert fixes.columns["course_deg"] == pytest.approx(160.5)
+    assert fixes.columns["sigma_m"] == pytest.approx(4.5 / RADIUS_68)
+    assert any("those of the provider gps; others are left out: 81 of flp, 81 of nlp" in note for note in fixes.notes)
+    fused = read_fixes(write(tmp_path, "fused.txt", gnss_logger(track()).replace("Fix,GPS", "Fix,FLP")))
+    assert any("those of the provider flp" in note for note in fused.notes)
+    with pytest.raises(InputError, match="no line begins with Fix"):
+        read_fixes(write(tmp_path, "other.txt", "a text\n" * 5))
+    poor = "\n".join(f"Fix,NLP,46.8,9.8,,,900.0,,{1000 * number}" for number in range(20))
+    with pytest.raises(InputError, match="without a height"):
+        read_fixes(write(tmp_path, "poor.txt", poor))
+
+
+def test_a_solutions_speed_course_and_spread(tmp_path: Path) -> None:
+    columns = read_fixes(write(tmp_path, "run.pos", rtklib(track()))).columns
+    assert columns["speed_mps"] == pytest.approx(5.0)
+    assert columns["course_deg"] == pytest.approx(np.degrees(np.arctan2(4.0, -3.0)))
+    assert columns["sigma_m"] == pytest.approx(np.hypot(0.03, 0.04) / np.sqrt(2.0))
+    south = rtklib({name: column.copy() for name, column in track().items()}, "minutes").replace(" 46 ", " -46 ")
+    assert read_fixes(write(tmp_path, "south.pos", south)).columns["latitude_deg"][0] == pytest.approx(
+        -track()["latitude_deg"][0], abs=1e-9
+    )
+
+
+def test_solutions_that_cannot_be_used_are_one_clear_line(tmp_path: Path) -> None:
+    lines = rtklib(track()).split("\n")
+    lines[20], lines[40] = lines[20][:40], "reconnected"
+    fixes = read_fixes(write(tmp_path, "torn.pos", "\n".join(lines)))
+    assert len(fixes.places) == len(track()["time_s"]) - 2
+    for old, new, words in (
+        ("latitude(deg)", "e-baseline(m)", "distances from a base; write the solution as latitude"),
+        ("%  GPST", "   GPST", "no line that begins with % names the columns"),
+        ("latitude(deg)", "lat", "it holds no latitude"),
+    ):
+        with pytest.raises(InputError, match=words):
+            read_fixes(write(tmp_path, "bad.pos", rtklib(track()).replace(old, new)))
+    with pytest.raises(InputError, match="2 fixes are no recording"):
+        read_fixes(write(tmp_path, "short.pos", "\n".join(rtklib(track()).split("\n")[:4])))
 
 
 def test_fit_speed_and_records_without_a_place(tmp_path: Path) -> None:
