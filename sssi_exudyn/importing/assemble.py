@@ -8,7 +8,7 @@ that names the missing option.  The folder appears only once it reads as a recor
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -23,6 +23,8 @@ from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.app_exports import with_places
 from sssi_exudyn.importing.bvh_writer import bvh_text
 from sssi_exudyn.importing.defaults import OF_TELEPHONES, PLACES, UNCERTAIN, USUAL
+from sssi_exudyn.importing.insole_exports import SUFFIXES as INSOLE_EXPORTS
+from sssi_exudyn.importing.insole_exports import InsoleExport, is_insole_export, read_insole_export
 from sssi_exudyn.importing.motion_formats import MOTION_READERS, read_motion
 from sssi_exudyn.importing.sensor_logs import (
     BAROMETER,
@@ -88,7 +90,7 @@ class Material:
     """The content of the files of one recording, or of a day of them.
 
     sources : the files
-    fixes, bvh, logs : the fixes, the capture, the single sensors
+    fixes, bvh, logs, insoles : the fixes, the capture, the single sensors, and insoles of another format than ours
     began : UTC of time 0 of capture or sensors, s since 1970; None where no file has it
     cut : stretch (s) of the files' clock to which insoles are still to be cut; None for all of it
     about : what is said of the recording besides its files
@@ -99,6 +101,7 @@ class Material:
     bvh: Bvh | None
     logs: tuple[Log, ...]
     began: float | None
+    insoles: InsoleExport | None = None
     cut: tuple[float, float] | None = None
     about: str = ""
 
@@ -187,7 +190,8 @@ def read_material(sources: Sources, answers: Answers) -> Material:
     fixes = None if sources.gps is None else read_fixes(sources.gps, answers.gps_sigma_m)
     bvh, began = (None, None) if sources.motion is None else read_motion(sources.motion, answers.height_m)
     logs = tuple(read_logs(sources.sensors))
-    return Material(sources, fixes, bvh, logs, logs[0].began if logs else began)
+    insoles = None if sources.insoles is None or is_insoles(sources.insoles) else read_insole_export(sources.insoles)
+    return Material(sources, fixes, bvh, logs, logs[0].began if logs else began, insoles)
 
 
 def _kind(path: Path) -> str:
@@ -198,6 +202,8 @@ def _kind(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix in MOTION_READERS:
         return "motion"
+    if suffix in INSOLE_EXPORTS and not (suffix == ".csv" and is_insoles(path)) and is_insole_export(path):
+        return "insoles"
     if suffix in READERS:
         if suffix == ".csv" and is_insoles(path):
             return "poles" if "pole" in path.stem.lower() else "insoles"  # both have a force left and one right
@@ -205,7 +211,7 @@ def _kind(path: Path) -> str:
             fix = f"write its place before it: pocket={path.name} (or {', '.join(IMU_PLACES[:-1])})"
             raise InputError(path, "", "it is a sensor's file, and where the sensor was is not given", fix)
         return "fixes"
-    known = ", ".join((*MOTION_READERS, *READERS))
+    known = ", ".join(dict.fromkeys((*MOTION_READERS, *READERS, *INSOLE_EXPORTS)))
     raise InputError(path, "", f"no reader for {path.suffix!r}", f"export it as one of {known}")
 
 
@@ -217,6 +223,7 @@ def _write(made: Path, material: Material, answers: Answers) -> None:
         notes += material.bvh.notes
         (made / MOTION).write_text(bvh_text(material.bvh), encoding="utf-8")
     notes += tuple(note for log in logs for note in log.notes)
+    notes += () if material.insoles is None else material.insoles.notes
     _check_answers(material, answers)
     names = ", ".join(one_line(path.name) for path in sources.given)
     settings: dict[str, Any] = {
@@ -255,18 +262,31 @@ def _write_forces(made: Path, material: Material, mass: float) -> dict[str, Any]
             write_pressure(path, made, mass, material.cut)
             tables["insoles"] = {"file": INSOLES}
     if sources.insoles is not None:
-        read_insoles(sources.insoles)  # errors name this file, not the copy
         tables["insoles"] = {"file": INSOLES}
-        if material.cut is None:
-            (made / INSOLES).write_bytes(read_bytes(sources.insoles))
+        target = made / INSOLES
+        if material.insoles is not None:
+            target.write_text(material.insoles.table(mass, material.cut), encoding="utf-8")
+            _read_as(read_insoles, target, sources.insoles)
+        elif material.cut is None:
+            read_insoles(sources.insoles)  # errors name this file, not the copy
+            target.write_bytes(read_bytes(sources.insoles))
         else:
-            (made / INSOLES).write_text(_cut_rows(sources.insoles, *material.cut), encoding="utf-8")
+            target.write_text(_cut_rows(sources.insoles, *material.cut), encoding="utf-8")
+            _read_as(read_insoles, target, sources.insoles)
             tables["insoles"]["time_offset_s"] = -material.cut[0]
     if sources.poles is not None:
         read_poles(sources.poles)
         tables["poles"] = {"file": POLES}
         (made / POLES).write_bytes(read_bytes(sources.poles))
     return tables
+
+
+def _read_as(read: Callable[[Path], object], made: Path, given: Path) -> None:
+    """Read a file that was made, so that an error names the one that was given."""
+    try:
+        read(made)
+    except InputError as error:
+        raise InputError(given, error.place, error.problem, error.fix) from None
 
 
 def _cut_rows(path: Path, start: float, stop: float) -> str:

@@ -17,9 +17,12 @@ from sssi_exudyn.core.text import csv_cell
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.app_exports import app_files
 from sssi_exudyn.importing.assemble import import_recording
+from sssi_exudyn.importing.insole_exports import SUFFIXES as INSOLE_EXPORTS
+from sssi_exudyn.importing.insole_exports import is_insole_export
 from sssi_exudyn.importing.motion_formats import MOTION_READERS
 from sssi_exudyn.importing.sensor_logs import BAROMETER
 from sssi_exudyn.io.writing import clear_errors, folder_lock, write_atomically
+from sssi_exudyn.recording.instruments.fixes_gnss_logger import is_gnss_log
 from sssi_exudyn.recording.instruments.gps import READERS
 from sssi_exudyn.recording.instruments.imu import PLACES
 from sssi_exudyn.recording.read import read_recording
@@ -99,11 +102,25 @@ def _runs_in(folder: Path) -> dict[str, list[Path]]:
 
 
 def _usable(folder: Path) -> Iterator[Path]:
-    """Yield the files that a reader takes; files of single sensors have their place before the name."""
+    """Yield the files that a reader takes; files of single sensors have their place before the name.
+
+    Of plain texts, which may be anything, those are taken that a reader recognises.
+    """
     for path in sorted(folder.iterdir()):
-        if path.is_file() and path.suffix.lower() in (*MOTION_READERS, *READERS):
-            place = path.stem.lower()
-            yield Path(f"{place}={path}") if place in (*PLACES, BAROMETER) else path
+        suffix = path.suffix.lower()
+        if not path.is_file() or suffix not in (*MOTION_READERS, *READERS, *INSOLE_EXPORTS):
+            continue
+        if suffix in (".txt", ".asc") and not _is_recognised(path):
+            continue
+        place = path.stem.lower()
+        yield Path(f"{place}={path}") if place in (*PLACES, BAROMETER) else path
+
+
+def _is_recognised(path: Path) -> bool:
+    try:
+        return is_insole_export(path) or (path.suffix.lower() == ".txt" and is_gnss_log(path))
+    except InputError:  # no text
+        return False
 
 
 def _import_one(name: str, files: Sequence[Path], out: Path, answers: Answers) -> ImportedRun:

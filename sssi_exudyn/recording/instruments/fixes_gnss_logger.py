@@ -14,7 +14,9 @@ from sssi_exudyn.io.long_table import pieces_of_lines
 from sssi_exudyn.io.repairs import Repairs
 from sssi_exudyn.recording.instruments.fixes import RADIUS, Fixes, fixes_of_moments, number_of
 
-_FIX: Final = "Fix,"
+_FIX, _RAW = "Fix,", "Raw,"
+_HEAD: Final = 200
+"""Number of lines among which a log has a title or a record."""
 _NAMES: Final = {
     "unixtimemillis": 0, "(utc)timeinms": 0, "latitudedegrees": 1, "latitude": 1, "longitudedegrees": 2, "longitude": 2,
     "altitudemeters": 3, "altitude": 3, "speedmps": 4, "speed": 4, "bearingdegrees": 5, "bearing": 5,
@@ -66,3 +68,10 @@ def fixes_gnss_logger(path: Path) -> Fixes:
     if len(fixes.places) < 3:
         raise InputError(path, "", f"{len(fixes.places)} fixes are no recording", "record in the open, for a whole run")
     return fixes
+
+
+def is_gnss_log(path: Path) -> bool:
+    """Return whether a text begins as a log of GnssLogger does."""
+    for piece in pieces_of_lines(path):
+        return any(line.lstrip("# ").startswith((_FIX, _RAW)) for _, line in piece[:_HEAD])
+    return False
