@@ -25,7 +25,7 @@ _MEMORY: Final = 600_000_000
 """Maximum address space, bytes, beyond what the process has at its start."""
 _SECONDS: Final = 8
 """Maximum computing time, s."""
-_UNITS: Final = {"mm": 0.001, "cm": 0.01, "m": 1.0}
+UNITS: Final = {"mm": 0.001, "cm": 0.01, "m": 1.0}
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,11 @@ class Points:
     names: tuple[str, ...]
     places: Array
     sizes: dict[str, float]
+
+    @property
+    def time(self) -> Array:
+        """Return the time (n,) s of every frame."""
+        return np.arange(len(self.places)) / self.rate
 
 
 def read_points(path: Path) -> Points:
@@ -56,12 +61,12 @@ def read_points(path: Path) -> Points:
             sizes = dict(zip(archive["size_names"].tolist(), archive["sizes"].tolist(), strict=True))
     except (ValueError, OSError, EOFError, KeyError):
         raise InputError(path, "", "damaged, or no C3D file", "export the capture again") from None
-    if unit not in _UNITS:
+    if unit not in UNITS:
         raise InputError(path, "POINT:UNITS", f"{unit[:20]!r} is no unit of length", "export in mm or m")
     if not 20.0 <= rate <= 2000.0 or len(places) < 3:
         raise InputError(path, "POINT", f"{len(places)} frames at {rate:g} Hz are no capture", "export the whole run")
     bare = tuple(name.rsplit(":", 1)[-1].strip() for name in names)
-    return Points(rate, bare, _UNITS[unit] * places, {name: _UNITS[unit] * size for name, size in sizes.items()})
+    return Points(rate, bare, UNITS[unit] * places, {name: UNITS[unit] * size for name, size in sizes.items()})
 
 
 def _answer(path: Path, _request: bytes) -> bytes:

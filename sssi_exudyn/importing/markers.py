@@ -12,12 +12,22 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.bodies.skier.chain import SEGMENT, average_geometry
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.importing.c3d_points import Points, read_points
-from sssi_exudyn.importing.capture_tree import SIDES, capture_of, trunk_places
-from sssi_exudyn.motion.capture_to_chain import mean_in
+from sssi_exudyn.importing.c3d_points import Points
+from sssi_exudyn.importing.capture_tree import SIDES, capture_of
+from sssi_exudyn.importing.segment_axes import (
+    Places,
+    axes_x_y,
+    axes_y_x,
+    axes_z_x,
+    axes_z_y,
+    check_axes,
+    lengths_of,
+    unit,
+    upright,
+    whole_frames,
+)
 from sssi_exudyn.recording.instruments.bvh import Bvh
 
 _TRUNK: Final = ("CLAV", "STRN", "C7", "T10", "LASI", "RASI", "LFHD", "RFHD", "LBHD", "RBHD")
@@ -30,33 +40,29 @@ _STRAIGHT: Final = 0.1
 """Sine of the elbow's flexion above which its axis comes from both bones rather than from the wrist."""
 _WIDTHS: Final = (0.02, 0.2)
 
-Places = dict[str, Array]
+
+def is_plug_in_gait(points: Points) -> bool:
+    """Return whether most of the model's markers have labels in a capture: it is of this model, or of none."""
+    needed = (*_TRUNK, *(side + name for side in "LR" for name in _SIDED))
+    return sum(name in points.names for name in needed) > len(needed) // 2
 
 
-def read_markers(path: Path, height: float | None) -> Bvh:
-    """Read a C3D file; ``height`` (m) is the skier's, for the top of the head and the hands.
+def capture_of_markers(path: Path, points: Points, height: float) -> Bvh:
+    """Make a capture of markers; ``height`` (m) is the skier's, for the top of the head and the hands.
 
-    Frames without all markers are gaps.  Raises InputError for a missing height, whatever ``read_points`` refuses,
-    missing markers, missing widths of knees and ankles, and a skier who does not stand up.
+    Frames without all markers are gaps.  Raises InputError for missing markers, missing widths of knees and ankles, and
+    a skier who does not stand up.
     """
-    if height is None:
-        raise InputError(path, "", "no file holds --height-m", "give this option")
-    points = read_points(path)
     at, time, notes = _markers(path, points)
-    at = _upright(path, at)
+    at = upright(path, at, at["C7"], 0.5 * (at["LANK"] + at["RANK"]))
     reach = {part: _reach(path, points, part) for part in ("Knee", "Ankle")}
     rotation, joint = _trunk(at)
     tips: Places = {}
     for side, word in SIDES:
         _leg(at, side.upper(), word, reach, rotation, joint, tips)
         _arm(at, side.upper(), word, rotation, joint, tips)
-    for name, axes in rotation.items():
-        if np.min(np.linalg.det(axes)) < 0.5:  # 1, or 0 where markers coincide or lie on a line
-            frame = int(np.argmin(np.linalg.det(axes)))
-            raise InputError(
-                path, f"{time[frame]:.2f} s, {name}", "markers coincide or lie on a line", "correct their labels"
-            )
-    place, ends = _lengths(rotation, joint, tips, height)
+    check_axes(path, time, rotation)
+    place, ends = lengths_of(rotation, joint, tips, height)
     return capture_of(path, time, rotation, place, ends, notes)
 
 
@@ -72,26 +78,11 @@ def _markers(path: Path, points: Points) -> tuple[Places, Array, tuple[str, ...]
             f"missing markers: {', '.join(missing)}",
             "label them as Plug-in Gait does for the full body",
         )
-    at = {name: points.places[:, points.names.index(name)] for name in needed}
+    whole, notes = whole_frames(path, points, needed)
+    at = {name: points.places[whole, points.names.index(name)] for name in needed}
     at["back"] = np.mean([at.pop(name) for name in back], axis=0)
-    whole = np.all([np.all(np.isfinite(place), axis=1) for place in at.values()], axis=0)
-    if np.count_nonzero(whole) < 3:
-        raise InputError(path, "POINT", "no three frames have all markers", "fill the gaps and export again")
-    time = np.flatnonzero(whole) / points.rate
-    lost = len(whole) - int(np.count_nonzero(whole))
-    notes = (f"{path.name}: {lost} frame(s) in which a marker is lost are gaps",) if lost else ()
-    return {name: place[whole] for name, place in at.items()}, time - time[0], notes
-
-
-def _upright(path: Path, at: Places) -> Places:
-    """Return the places with z up; laboratories have y or z up."""
-    rise = np.mean(at["C7"] - 0.5 * (at["LANK"] + at["RANK"]), axis=0)
-    axis = int(np.argmax(np.abs(rise)))
-    if axis == 0 or rise[axis] < 0.7 * np.linalg.norm(rise):
-        raise InputError(path, "POINT", "the skier stands along neither y nor z", "export with y or z up")
-    if axis == 2:
-        return at
-    return {name: place[:, [2, 0, 1]] for name, place in at.items()}
+    time = points.time[whole]
+    return at, time - time[0], notes
 
 
 def _reach(path: Path, points: Points, part: str) -> dict[str, float]:
@@ -113,7 +104,7 @@ def _reach(path: Path, points: Points, part: str) -> dict[str, float]:
 def _trunk(at: Places) -> tuple[Places, Places]:
     """Return rotations of pelvis, trunk and head, and the places of hips, lumbar joint and base of the neck."""
     front = 0.5 * (at["LASI"] + at["RASI"])
-    pelvis = _axes_y_x(at["LASI"] - at["RASI"], front - at["back"])
+    pelvis = axes_y_x(at["LASI"] - at["RASI"], front - at["back"])
     width = float(np.median(np.linalg.norm(at["LASI"] - at["RASI"], axis=1)))
     depth = float(np.median(np.linalg.norm(front - at["back"], axis=1)))
     joint: Places = {}
@@ -128,7 +119,7 @@ def _trunk(at: Places) -> tuple[Places, Places]:
     joint["Neck"] = upper
     across = at["LFHD"] + at["LBHD"] - at["RFHD"] - at["RBHD"]
     ahead = at["LFHD"] + at["RFHD"] - at["LBHD"] - at["RBHD"]
-    return {"Hips": pelvis, "Spine": _axes_z_x(upper - lower, forward), "Head": _axes_y_x(across, ahead)}, joint
+    return {"Hips": pelvis, "Spine": axes_z_x(upper - lower, forward), "Head": axes_y_x(across, ahead)}, joint
 
 
 def _leg(
@@ -143,10 +134,10 @@ def _leg(
     hip, left = joint[f"{word}UpLeg"], 1.0 if letter == "L" else -1.0
     knee = _chord(hip, at[f"{letter}KNE"], at[f"{letter}THI"], reach["Knee"][letter])
     ankle = _chord(knee, at[f"{letter}ANK"], at[f"{letter}TIB"], reach["Ankle"][letter])
-    shank = _axes_z_y(knee - ankle, left * (at[f"{letter}ANK"] - ankle))
-    rotation[f"{word}UpLeg"] = _axes_z_y(hip - knee, left * (at[f"{letter}KNE"] - knee))
+    shank = axes_z_y(knee - ankle, left * (at[f"{letter}ANK"] - ankle))
+    rotation[f"{word}UpLeg"] = axes_z_y(hip - knee, left * (at[f"{letter}KNE"] - knee))
     rotation[f"{word}Leg"] = shank
-    rotation[f"{word}Foot"] = _axes_x_y(at[f"{letter}TOE"] - at[f"{letter}HEE"], shank[..., 1])
+    rotation[f"{word}Foot"] = axes_x_y(at[f"{letter}TOE"] - at[f"{letter}HEE"], shank[..., 1])
     joint[f"{word}Leg"], joint[f"{word}Foot"], tips[f"{word}Foot"] = knee, ankle, at[f"{letter}TOE"]
 
 
@@ -154,31 +145,13 @@ def _arm(at: Places, letter: str, word: str, rotation: Places, joint: Places, ti
     shoulder = at[f"{letter}SHO"] - _SHOULDER * rotation["Spine"][..., 2]
     elbow, wrist = at[f"{letter}ELB"], 0.5 * (at[f"{letter}WRA"] + at[f"{letter}WRB"])
     thumb = at[f"{letter}WRA"] - at[f"{letter}WRB"]  # forward when the arm hangs with the palm to the thigh
-    forearm = _axes_z_x(elbow - wrist, thumb)
-    bent = np.cross(_unit(wrist - elbow), _unit(elbow - shoulder))  # to the left, on both sides
-    rotation[f"{word}Arm"] = _axes_z_y(shoulder - elbow, bent + _STRAIGHT * forearm[..., 1])
+    forearm = axes_z_x(elbow - wrist, thumb)
+    bent = np.cross(unit(wrist - elbow), unit(elbow - shoulder))  # to the left, on both sides
+    rotation[f"{word}Arm"] = axes_z_y(shoulder - elbow, bent + _STRAIGHT * forearm[..., 1])
     rotation[f"{word}ForeArm"] = forearm
-    rotation[f"{word}Hand"] = _axes_z_x(wrist - at[f"{letter}FIN"], thumb)
+    rotation[f"{word}Hand"] = axes_z_x(wrist - at[f"{letter}FIN"], thumb)
     joint[f"{word}Arm"], joint[f"{word}ForeArm"], joint[f"{word}Hand"] = shoulder, elbow, wrist
     tips[f"{word}Hand"] = at[f"{letter}FIN"]
-
-
-def _lengths(rotation: Places, joint: Places, tips: Places, height: float) -> tuple[Places, Places]:
-    """Return mean places of the joints in the segments that carry them, and far ends of the segments (m)."""
-
-    def mean_place(carrier: str, name: str, places: Places) -> Array:
-        return mean_in(rotation[carrier], joint[carrier], places[name])
-
-    neck = mean_place("Spine", "Neck", joint)
-    place = {"Spine": mean_place("Hips", "Spine", joint), **trunk_places(neck)}
-    ends = {"Head": np.asarray(average_geometry(height).segment_end[SEGMENT["head"]])}
-    for _, word in SIDES:
-        for carrier, name in (("UpLeg", "Leg"), ("Leg", "Foot"), ("Arm", "ForeArm"), ("ForeArm", "Hand")):
-            place[word + name] = mean_place(word + carrier, word + name, joint)
-        place[f"{word}UpLeg"] = mean_place("Hips", f"{word}UpLeg", joint)
-        place[f"{word}Arm"] = mean_place("Spine", f"{word}Arm", joint) - neck
-        ends |= {f"{word}{part}": mean_place(f"{word}{part}", f"{word}{part}", tips) for part in ("Foot", "Hand")}
-    return place, ends
 
 
 def _chord(inner: Array, marker: Array, wand: Array, reach: float) -> Array:
@@ -190,35 +163,6 @@ def _chord(inner: Array, marker: Array, wand: Array, reach: float) -> Array:
     length = np.maximum(np.linalg.norm(bone, axis=1, keepdims=True), 1e-9)
     along = bone / length
     arm = wand - inner
-    outwards = _unit(arm - np.sum(arm * along, axis=1, keepdims=True) * along)
+    outwards = unit(arm - np.sum(arm * along, axis=1, keepdims=True) * along)
     share = np.minimum(reach / length, 0.9)
     return np.asarray(marker - reach * (share * along + np.sqrt(1.0 - share**2) * outwards))
-
-
-def _unit(vectors: Array) -> Array:
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9))
-
-
-def _axes_y_x(y: Array, x: Array) -> Array:
-    """Return axes (n, 3, 3) with y along the first vector and x towards the second."""
-    y = _unit(y)
-    z = _unit(np.cross(x, y))
-    return np.stack([np.cross(y, z), y, z], axis=-1)
-
-
-def _axes_z_x(z: Array, x: Array) -> Array:
-    z = _unit(z)
-    y = _unit(np.cross(z, x))
-    return np.stack([np.cross(y, z), y, z], axis=-1)
-
-
-def _axes_z_y(z: Array, y: Array) -> Array:
-    z = _unit(z)
-    x = _unit(np.cross(y, z))
-    return np.stack([x, np.cross(z, x), z], axis=-1)
-
-
-def _axes_x_y(x: Array, y: Array) -> Array:
-    x = _unit(x)
-    z = _unit(np.cross(x, y))
-    return np.stack([x, np.cross(z, x), z], axis=-1)

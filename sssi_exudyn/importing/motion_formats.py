@@ -8,9 +8,12 @@ from pathlib import Path
 from typing import Final
 
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.importing.c3d_points import Points, read_points
 from sssi_exudyn.importing.joint_angles import read_joint_angles
-from sssi_exudyn.importing.markers import read_markers
+from sssi_exudyn.importing.joint_centres import capture_of_joint_centres
+from sssi_exudyn.importing.markers import capture_of_markers, is_plug_in_gait
 from sssi_exudyn.importing.mvnx import read_mvnx
+from sssi_exudyn.importing.trc import read_trc
 from sssi_exudyn.recording.instruments.bvh import Bvh, joint_names, read_bvh, recording_names
 
 Read = tuple[Bvh, float | None]
@@ -62,7 +65,22 @@ def _joint_angles(path: Path, height: float | None) -> Read:
 
 
 def _markers(path: Path, height: float | None) -> Read:
-    return read_markers(path, height), None
+    """Read a C3D file with the markers of Plug-in Gait, or with the centres of joints."""
+    return _of_points(path, read_points(path) if height is not None else None, height), None
+
+
+def _trc(path: Path, height: float | None) -> Read:
+    """Read a TRC file with the same."""
+    points, notes = read_trc(path) if height is not None else (None, ())
+    bvh = _of_points(path, points, height)
+    return replace(bvh, notes=(*notes, *bvh.notes)), None
+
+
+def _of_points(path: Path, points: Points | None, height: float | None) -> Bvh:
+    if points is None or height is None:
+        raise InputError(path, "", "no file holds --height-m", "give this option")
+    model = capture_of_markers if is_plug_in_gait(points) else capture_of_joint_centres
+    return model(path, points, height)
 
 
 MOTION_READERS: Final[dict[str, Callable[[Path, float | None], Read]]] = {
@@ -70,6 +88,7 @@ MOTION_READERS: Final[dict[str, Callable[[Path, float | None], Read]]] = {
     ".mvnx": _mvnx,
     ".mot": _joint_angles,
     ".c3d": _markers,
+    ".trc": _trc,
 }
 
 
