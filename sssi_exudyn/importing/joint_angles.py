@@ -42,6 +42,8 @@ _NEEDED: Final = (
     *(f"ankle_angle_{side}" for side, _ in SIDES),
     *(f"lumbar_{movement}" for movement in ("extension", "bending", "rotation")),
 )
+_HEAD: Final = 2000
+"""Number of characters within which a file's kind is stated."""
 _LARGEST: Final = 20.0
 """Largest angle, rad; a skier's angles stay below three turns."""
 
@@ -69,7 +71,11 @@ def read_joint_angles(path: Path, height: float | None) -> Bvh:
     """
     if height is None:
         raise InputError(path, "", "no file holds --height-m, and angles have no lengths", "give this option")
-    table = read_storage(path, read_text(path))
+    text = read_text(path)
+    if "datatype=quaternion" in text[:_HEAD].lower():
+        problem = "it holds the orientations of sensors, not the angles of joints"
+        raise InputError(path, "DataType", problem, "run OpenSense's inverse kinematics, and give its .mot or .sto")
+    table = read_storage(path, text)
     at = {name.rsplit("/", 2)[-2] if name.endswith("/value") else name: i for i, name in enumerate(table.columns)}
     missing = [name for name in _NEEDED if name not in at]
     if missing:

@@ -87,6 +87,7 @@ MOTION_READERS: Final[dict[str, Callable[[Path, float | None], Read]]] = {
     ".bvh": _bvh,
     ".mvnx": _mvnx,
     ".mot": _joint_angles,
+    ".sto": _joint_angles,
     ".c3d": _markers,
     ".trc": _trc,
 }

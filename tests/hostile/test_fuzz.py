@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tiny import Tiny
 
-QUICK, MANY = 30, 2000
+QUICK, EVERY, MANY = 30, 150, 2000
 
 
 @pytest.mark.long
@@ -21,6 +21,14 @@ def test_a_few_mutated_files_give_one_clear_line(tmp_path: Path) -> None:
     assert tally.findings == []
     assert tally.counts["refused"] > QUICK // 3  # else nothing was mutated
     assert tally.counts["taken"] + tally.counts["refused"] == QUICK
+    assert tally.memory[0] < LIMIT_BYTES
+
+
+@pytest.mark.long
+def test_mutated_files_of_every_reader_give_one_clear_line(tmp_path: Path) -> None:
+    tally = fuzz(EVERY, seed=11, keep=tmp_path / "keep", kinds=("reader", "day"))
+    assert tally.findings == []
+    assert tally.counts["refused"] > EVERY // 4  # else nothing was mutated; a damaged record often costs itself alone
     assert tally.memory[0] < LIMIT_BYTES
 
 

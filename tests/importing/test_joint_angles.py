@@ -102,3 +102,16 @@ def test_broken_tables_are_one_clear_line(tmp_path: Path, fault: str) -> None:
 def test_lengths_are_asked_for(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="--height-m"):
         read_motion(write(tmp_path, mot(chain_coordinates())), None)
+
+
+def test_a_storage_of_angles_is_read_and_one_of_orientations_is_refused(tmp_path: Path) -> None:
+    text = mot(chain_coordinates())
+    for name in ("run.mot", "run.sto"):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    one, other = (read_motion(tmp_path / name, HEIGHT)[0] for name in ("run.mot", "run.sto"))
+    np.testing.assert_array_equal(one.rotations, other.rotations)
+    (tmp_path / "imu.sto").write_text(
+        "DataRate=100\nDataType=Quaternion\nendheader\ntime\tpelvis_imu\n", encoding="utf-8"
+    )
+    with pytest.raises(InputError, match="orientations of sensors, not the angles of joints; run OpenSense's"):
+        read_motion(tmp_path / "imu.sto", HEIGHT)

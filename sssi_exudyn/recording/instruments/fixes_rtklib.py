@@ -6,6 +6,7 @@ sdn(m)  sde(m)  sdu(m)``.  Source: RTKLIB 2.4.2 manual, "Positioning solution fi
 
 from __future__ import annotations
 
+import math
 import re
 from datetime import UTC, datetime
 from pathlib import Path
@@ -112,7 +113,7 @@ def _values(
         north, east = of.get("vn(m/s)", np.nan), of.get("ve(m/s)", np.nan)
         values[i, 4:6] = np.hypot(north, east), np.degrees(np.arctan2(east, north)) % 360.0
         sigmas = [of[name] for name in ("sdn(m)", "sde(m)", "sdx(m)", "sdy(m)", "sdz(m)") if name in of]
-        values[i, 6] = np.sqrt(np.mean(np.square(sigmas))) if sigmas else np.nan
+        values[i, 6] = math.hypot(*sigmas) / math.sqrt(len(sigmas)) if sigmas else np.nan
     return values, tuple(f"line {number}" for number, _ in whole)
 
 

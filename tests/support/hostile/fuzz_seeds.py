@@ -15,12 +15,15 @@ import tomli_w
 from a_diagnosis import whole_version
 from a_run import a_run
 from c3d_file import marker_places, write_c3d
-from fix_files import START, fit, gpx, nmea, phone
+from fix_files import START, fit, gnss_logger, gpx, nmea, phone, rtklib, ski_app, tcx
+from gopro_file import film, payloads
+from insole_files import EXPORTS
 from mvnx_file import mvnx, orientations
 from rasterio.transform import from_origin
 from strapped import write_few
 from swinging import HEIGHT, chain_coordinates, mot
-from tiny import ANSWERS, ORIGIN, TOML, Tiny, csv
+from tiny import ANSWERS, ORIGIN, TOML, Columns, Tiny, csv
+from trc_file import joint_places, mediapipe, opencap, trc
 
 from sssi_exudyn.bodies.ski.ski import read_ski, ski_to_table
 from sssi_exudyn.bodies.skier.chain import average_geometry, forward_kinematics, geometry_to_dict
@@ -85,6 +88,7 @@ def bundled(folder: Path) -> list[Seed]:
         *read,
         *imported,
         *(replace(seed, kind=f"{seed.kind} to fit", weight=0.2 * seed.weight) for seed in (*read, *imported)),
+        *_readers(tiny.gps),
         *_settings(),
         *_results(folder, small),
         *_sweeps(folder / "sweep", small),
@@ -129,6 +133,35 @@ def _imports(tiny: Tiny, few: dict[str, bytes], folder: Path) -> Iterator[Seed]:
     sensors = {name.removeprefix("sensors/"): data for name, data in few.items() if name.startswith("sensors")}
     sensors |= {"gps.csv": few["gps.csv"], "foot.csv": f"t_s,side,heel_adc,toe_adc\n{counts}".encode()}
     yield Seed("single sensors", sensors, "import", weight=0.1)
+
+
+def _readers(track: Columns) -> Iterator[Seed]:
+    """Yield files whose readers are used alone, which takes milliseconds, and a day's track."""
+    time = np.arange(0.0, 3.0, 0.02)
+    sensor = np.column_stack([np.sin(time), np.cos(time), 9.0 + time])
+    parts = payloads({name: column[:15] for name, column in track.items()}, time, sensor, sensor, own_clock=False)
+    newer = payloads({name: column[:15] for name, column in track.items()}, time, sensor, sensor)
+    places = joint_places(forward_kinematics(average_geometry(HEIGHT), chain_coordinates()[:_FRAMES], 0.0))
+    for name, content in {
+        "watch.tcx": tcx(track).encode(),
+        "day.skiz": ski_app(track, ".skiz"),
+        "day.slopes": ski_app(track, ".slopes"),
+        "gnss_log.txt": gnss_logger(track).encode(),
+        "run.pos": rtklib(track).encode(),
+        "minutes.pos": rtklib(track, "minutes").encode(),
+        "film.mp4": film(parts),
+        "telemetry.gpmf": b"".join(newer),
+        "run.trc": trc(mediapipe(places), 60.0).encode(),
+        "study.trc": trc(opencap(places), 60.0).encode(),
+        **{name: _head(text.encode(), 60) for name, text in EXPORTS.items()},
+    }.items():
+        yield Seed(name, {name: content}, "reader", weight=0.3)
+    share = np.r_[np.linspace(0.0, 1.0, 60), np.linspace(1.0, 0.0, 20)]
+    height = np.tile(share, 2)
+    day = {"time_s": 5.0 * np.arange(len(height)), "latitude_deg": 46.8 + 0.007 * height,
+           "longitude_deg": 9.8 + 0.001 * height, "altitude_m": 1800.0 + 130.0 * height}  # fmt: skip
+    yield Seed("day.tcx", {"day.tcx": tcx(day).encode()}, "day", weight=0.3)
+    yield Seed("day.gpx", {"day.gpx": gpx(day).encode()}, "day", weight=0.3)
 
 
 def _settings() -> Iterator[Seed]:

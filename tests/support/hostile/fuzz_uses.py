@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from unittest import mock
 
+import numpy as np
 from fuzz_seeds import KEY, KNOWN, PLACED, entry
 
 import sssi_exudyn
@@ -17,12 +18,19 @@ from sssi_exudyn.commands.diagnosis import diagnose_known
 from sssi_exudyn.commands.runs import report, validate
 from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
+from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.assemble import import_recording
+from sssi_exudyn.importing.days.day import import_day
+from sssi_exudyn.importing.insole_exports import is_insole_export, read_insole_export
+from sssi_exudyn.importing.motion_formats import MOTION_READERS, read_motion
+from sssi_exudyn.importing.sensor_logs import read_logs
 from sssi_exudyn.io.writing import folder_lock
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.inspection import format_inspection, inspect_recording
+from sssi_exudyn.recording.instruments.gopro import SUFFIXES as CAMERAS
+from sssi_exudyn.recording.instruments.gps import read_gps
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.results.stored import read_run
@@ -85,9 +93,32 @@ def _cache(folder: Path, _names: list[str], _out: Path) -> None:
         Cache(folder).get_or_make(KEY, entry, SHAPES)
 
 
+def _read_alone(folder: Path, names: list[str], _out: Path) -> None:
+    """Read a file with the readers that take it, up to where an import goes on."""
+    (path,) = (folder / name for name in names)
+    suffix = path.suffix.lower()
+    if suffix in MOTION_READERS:
+        read_motion(path, KNOWN.height_m)
+        return
+    if is_insole_export(path):
+        export = read_insole_export(path)
+        export.table(75.0, None)
+        export.table(75.0, (1.0, 2.0))
+        return
+    if suffix in CAMERAS:
+        read_logs([("helmet", path)])
+    read_gps(path, segment="Hips", offset=np.zeros(3), sigma=3.0)
+
+
+def _day(folder: Path, names: list[str], out: Path) -> None:
+    import_day([folder / name for name in names], out, Answers())
+
+
 USES: dict[str, Callable[[Path, list[str], Path], object]] = {
     "recording": lambda folder, names, out: read_any(folder, names, out, False),
     "import": lambda folder, names, out: read_any(folder, names, out, True),
+    "reader": _read_alone,
+    "day": _day,
     "recording to fit": lambda folder, names, out: _prepare(read_any(folder, names, out, False)),
     "import to fit": lambda folder, names, out: _prepare(read_any(folder, names, out, True)),
     "model": _model,

@@ -1,6 +1,7 @@
 """The fuzzer: files are mutated at random, and the program's response is judged.
 
     PYTHONPATH=tests/support python tests/support/hostile/fuzzing.py --count 10000 [--real FOLDER] [--state FILE]
+        [--kind KIND]
 
 Recordings, files of every importable format, models, skis, results, begun sweeps and entries of a cache are mutated;
 some become pipes, devices or folders.  The program may take them, or raise one InputError with file, problem and fix on
@@ -25,7 +26,7 @@ import tempfile
 import time
 import traceback
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
@@ -283,7 +284,7 @@ def kilobytes(name: str) -> int:
     return next(int(line.split()[1]) for line in lines if line.startswith(name + ":"))
 
 
-def worker(count: int, first: int, seed: int, real: str | None, keep: Path) -> None:
+def worker(count: int, first: int, seed: int, real: str | None, keep: Path, kinds: Sequence[str] = ()) -> None:
     """Run cases ``first`` to ``count``, with one line of JSON before and after each."""
     from fuzz_seeds import bundled
     from fuzz_seeds import real as real_seeds
@@ -294,7 +295,7 @@ def worker(count: int, first: int, seed: int, real: str | None, keep: Path) -> N
     with tempfile.TemporaryDirectory() as name:
         root = Path(name).resolve()
         (root / "secret").write_text("secret", encoding="utf-8")
-        made = bundled(root)
+        made = [candidate for candidate in bundled(root) if not kinds or candidate.kind in kinds]
         seeds = made + (list(real_seeds(Path(real))) if real else [])
         own = {path.name for path in root.iterdir()} | {"case"}
         guard = Guard(root / "secret")
@@ -415,8 +416,15 @@ class Tally:
         )
 
 
-def fuzz(count: int, seed: int, keep: Path, real: Path | None = None, state: Path | None = None) -> Tally:
-    """Run ``count`` cases.
+def fuzz(
+    count: int,
+    seed: int,
+    keep: Path,
+    real: Path | None = None,
+    state: Path | None = None,
+    kinds: Sequence[str] = (),
+) -> Tally:
+    """Run ``count`` cases, of seeds of all kinds or of those in ``kinds``.
 
     A worker that dies or hangs is a finding, and another worker continues after it; an interrupt ends the run early.
 
@@ -429,6 +437,7 @@ def fuzz(count: int, seed: int, keep: Path, real: Path | None = None, state: Pat
     while tally.cases < count:
         command = [sys.executable, __file__, "--worker", str(tally.cases), "--count", str(count), "--seed", str(seed)]
         command += ["--keep", str(keep), *(["--real", str(real)] if real else [])]
+        command += [word for kind in kinds for word in ("--kind", kind)]
         running = None
         modules = {"PYTHONPATH": os.pathsep.join(sys.path)}  # the worker imports from the same folders
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, **modules}) as process:
@@ -476,12 +485,13 @@ def main() -> None:
     parser.add_argument("--real", type=Path, help="a folder with files to mutate as well")
     parser.add_argument("--keep", type=Path, default=Path("fuzz_findings"), help="where findings are kept")
     parser.add_argument("--state", type=Path, help="where outcomes are kept, so that the same command goes on")
+    parser.add_argument("--kind", action="append", default=[], help="only seeds of this kind, such as reader or day")
     parser.add_argument("--worker", type=int, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker is not None:
-        worker(options.count, options.worker, options.seed, options.real, options.keep)
+        worker(options.count, options.worker, options.seed, options.real, options.keep, options.kind)
         return
-    tally = fuzz(options.count, options.seed, options.keep, options.real, options.state)
+    tally = fuzz(options.count, options.seed, options.keep, options.real, options.state, options.kind)
     sys.stdout.write("".join(f"{finding}\n" for finding in tally.findings))
     sys.stdout.write(f"{dict(tally.kinds)}\n{tally}")
 
