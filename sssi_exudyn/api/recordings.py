@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Unpack
+from typing import TYPE_CHECKING, Annotated, Unpack
 
 from sssi_exudyn.api.arguments import AnyPath, Picture, ProgressWanted, RecordingFolder, path_of
 from sssi_exudyn.core.command_line import Argument, Option
@@ -170,7 +170,13 @@ def import_day(
 
 
 def import_any(
-    files: Sequence[Path], out: Path, run: int | None, *, progress: ProgressWanted, **options: Any
+    files: Sequence[Path],
+    out: Path,
+    run: int | None,
+    *,
+    progress: ProgressWanted,
+    defaults: Path | None,
+    **answers: Unpack[AnswerOptions],
 ) -> Recording | list[ImportedRun] | list[DayPiece]:
     """Import files, a day of runs, or a folder of many: what the command line was given."""
     from sssi_exudyn.importing.app_exports import app_files
@@ -179,12 +185,11 @@ def import_any(
     if len(files) == 1 and files[0].is_dir():
         of_app = app_files(files[0])
         if not of_app:
-            return import_folder(files[0], out, progress=progress, **options)
+            return import_folder(files[0], out, defaults=defaults, progress=progress, **answers)
         files = of_app
-    defaults = options.pop("defaults")
-    if run is None and holds_several_runs(files, _answers_of(AnswerOptions(**options), defaults)):
-        return import_day(files, out, defaults=defaults, progress=progress, **options)
-    return import_files(files, out, run, defaults=defaults, **options)
+    if run is None and holds_several_runs(files, _answers_of(answers, defaults)):
+        return import_day(files, out, defaults=defaults, progress=progress, **answers)
+    return import_files(files, out, run, defaults=defaults, **answers)
 
 
 def _paths_of(files: AnyPath | Sequence[AnyPath]) -> list[Path]:

@@ -38,7 +38,7 @@ def with_places(files: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
     """
     free = {path.stem.lower(): path for path in files if split_place(path) is None and path.suffix.lower() == ".csv"}
     films = [path for path in files if split_place(path) is None and path.suffix.lower() in CAMERAS]
-    placed = {place[0] for path in files if (place := split_place(path)) is not None}
+    placed = {pair[0] for path in files if (pair := split_place(path)) is not None}
     places: dict[Path, str | None] = {}
     notes: tuple[str, ...] = ()
     if _GYROSCOPE in free and not placed - {BAROMETER}:

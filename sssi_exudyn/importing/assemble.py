@@ -173,8 +173,8 @@ def sort_sources(files: Sequence[Path]) -> Sources:
         raise InputError(paths["motion"], "", "there are single sensors as well", "give one or the other")
     if sensors and "poles" in paths:
         raise InputError(paths["poles"], "", "forces of poles need a motion capture", "leave them out, or add one")
-    of = (paths.get(kind) for kind in ("motion", "fixes", "insoles", "poles"))
-    return Sources(*of, sensors, notes)
+    motion, fixes, insoles, poles = (paths.get(kind) for kind in ("motion", "fixes", "insoles", "poles"))
+    return Sources(motion, fixes, insoles, poles, sensors, notes)
 
 
 def check_posture(sources: Sources) -> None:

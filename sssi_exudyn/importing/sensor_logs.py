@@ -234,7 +234,7 @@ def _cut_counts(path: Path, counts: Array, start: float, stop: float) -> Array:
     if len(inside) < 3:
         problem = f"{len(inside)} samples from {start:.0f} to {stop:.0f} s"
         raise InputError(path, "column t_s", problem, "leave the insoles out, or give those of the run")
-    return inside - np.array([start, *np.zeros(counts.shape[1] - 1)])
+    return np.asarray(inside - np.array([start, *np.zeros(counts.shape[1] - 1)]))
 
 
 def _cells(path: Path) -> list[tuple[int, list[str]]]:

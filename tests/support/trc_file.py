@@ -58,10 +58,10 @@ def opencap(places: dict[str, Array]) -> dict[str, Array]:
     """Return augmented markers: two at every knee and ankle, four at the pelvis."""
     made = {"C7_study": places["neck"]}
     for word, letter in (("left", "L"), ("right", "r")):
-        beside = 0.12 * (1.0 if word == "left" else -1.0) * np.array([0.0, 1.0, 0.0])
+        outwards = 0.12 * (1.0 if word == "left" else -1.0) * np.array([0.0, 1.0, 0.0])
         made |= {
-            f"{letter}.ASIS_study": places["pelvis_front"] + beside,
-            f"{letter}.PSIS_study": places["pelvis_back"] + beside,
+            f"{letter}.ASIS_study": places["pelvis_front"] + outwards,
+            f"{letter}.PSIS_study": places["pelvis_back"] + outwards,
             f"{letter.upper()}HJC_study": places[f"{word}_hip"],
             f"{letter}_calc_study": places[f"{word}_heel"],
             f"{letter}_toe_study": places[f"{word}_toe"],

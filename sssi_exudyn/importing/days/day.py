@@ -47,6 +47,8 @@ _WHY: Final = {
     "no fixes": "the receiver was lost",
 }
 """Why a piece is no run, by its kind."""
+_PIECE: Final = 4_000_000
+"""Bytes that are hashed at once."""
 _BESIDE: Final = 10.0
 """Stretch of the sensors, s, that is kept before and after a run: receivers lag by up to four seconds."""
 
@@ -155,8 +157,7 @@ def import_day(files: Sequence[Path], out: Path, answers: Answers, stage: Stage 
     material = read_material(sources, answers)
     track = _track_of(material)
     offset = offset_of_fixes(material, answers) if material.logs else 0.0
-    with open_regular(track.path) as stream:  # which may be a film of gigabytes
-        digest = hashlib.file_digest(stream, "sha256").hexdigest()
+    digest = _digest(track.path)
     rows: list[DayPiece] = []
     count = 0
     with folder_lock(out):
@@ -171,6 +172,15 @@ def import_day(files: Sequence[Path], out: Path, answers: Answers, stage: Stage 
             rows.append(_row(track, piece, number, digest, recording, status, why))
         write_atomically(out / TABLE, _csv(rows))
     return rows
+
+
+def _digest(path: Path) -> str:
+    """Return the SHA-256 of a file, which may be a film of gigabytes."""
+    digest = hashlib.sha256()
+    with open_regular(path) as stream:
+        while piece := stream.read(_PIECE):
+            digest.update(piece)
+    return digest.hexdigest()
 
 
 def _import_one(
