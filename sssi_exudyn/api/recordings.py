@@ -118,7 +118,7 @@ def import_files(
     Parameters
     ----------
     files : a motion capture, or PLACE=FILE of sensors (gyroscope and accelerometer may be two of a place); and files of
-        fixes, insoles, poles; or, on the command line, a folder of many runs
+        fixes, insoles, poles; or an app's export, a folder or .zip; or, on the command line, a folder of many runs
     out : the recording's folder.  It is made here.
     run : which descent of a track that holds several, from 1; without it the command line imports all of them
     defaults : a file of answers, such as mass_kg = 71
@@ -133,14 +133,15 @@ def import_files(
     --------
     >>> sssi_exudyn.import_files(["run.mvnx", "run.gpx"], "monday", mass_kg=70.0, height_m=1.75)
     """
-    known = _answers_of(answers, defaults)
-    if run is not None:
-        from sssi_exudyn.importing.days.day import import_run
-
-        return import_run(_paths_of(files), Path(out), known, run)
+    from sssi_exudyn.importing.app_exports import files_given
     from sssi_exudyn.importing.assemble import import_recording
+    from sssi_exudyn.importing.days.day import import_run
 
-    return import_recording(_paths_of(files), Path(out), known)
+    known = _answers_of(answers, defaults)
+    with files_given(_paths_of(files)) as given:
+        if run is not None:
+            return import_run(given, Path(out), known, run)
+        return import_recording(given, Path(out), known)
 
 
 def import_day(
@@ -162,11 +163,12 @@ def import_day(
     >>> runs = [piece for piece in pieces if piece.kind == "run"]
     """
     from sssi_exudyn.api.progress import progress_of
+    from sssi_exudyn.importing.app_exports import files_given
     from sssi_exudyn.importing.days.day import import_day as work
 
     known = _answers_of(answers, defaults)
-    with progress_of(progress).stage("import") as stage:
-        return work(_paths_of(files), Path(out), known, stage)
+    with progress_of(progress).stage("import") as stage, files_given(_paths_of(files)) as given:
+        return work(given, Path(out), known, stage)
 
 
 def import_any(
@@ -179,26 +181,19 @@ def import_any(
     **answers: Unpack[AnswerOptions],
 ) -> Recording | list[ImportedRun] | list[DayPiece]:
     """Import files, a day of runs, or a folder of many: what the command line was given."""
-    from sssi_exudyn.importing.app_exports import app_files
+    from sssi_exudyn.importing.app_exports import files_given
     from sssi_exudyn.importing.days.day import holds_several_runs
 
-    if len(files) == 1 and files[0].is_dir():
-        of_app = app_files(files[0])
-        if not of_app:
-            return import_folder(files[0], out, defaults=defaults, progress=progress, **answers)
-        files = of_app
-    if run is None and holds_several_runs(files, _answers_of(answers, defaults)):
-        return import_day(files, out, defaults=defaults, progress=progress, **answers)
-    return import_files(files, out, run, defaults=defaults, **answers)
+    with files_given(files) as given:
+        if len(given) == 1 and given[0].is_dir():
+            return import_folder(given[0], out, defaults=defaults, progress=progress, **answers)
+        if run is None and holds_several_runs(given, _answers_of(answers, defaults)):
+            return import_day(given, out, defaults=defaults, progress=progress, **answers)
+        return import_files(given, out, run, defaults=defaults, **answers)
 
 
 def _paths_of(files: AnyPath | Sequence[AnyPath]) -> list[Path]:
-    """Return the files as paths; a folder of an app's export stands for its files."""
-    from sssi_exudyn.importing.app_exports import app_files
-
-    several = [files] if isinstance(files, str | os.PathLike) else files
-    paths = [Path(file) for file in several]
-    return app_files(paths[0]) or paths if len(paths) == 1 and paths[0].is_dir() else paths
+    return [Path(file) for file in ([files] if isinstance(files, str | os.PathLike) else files)]
 
 
 def import_folder(

@@ -7,18 +7,27 @@ Sensor Logger writes ``Gyroscope.csv``, ``TotalAcceleration.csv`` (or ``Accelero
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
 
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.importing.sensor_logs import BAROMETER, split_place
+from sssi_exudyn.io.archive import unpack
 from sssi_exudyn.recording.instruments.gopro import SUFFIXES as CAMERAS
 
 _GYROSCOPE, _LOCATION = "gyroscope", "location"
 _ACCELERATIONS: Final = (("totalacceleration",), ("accelerometer", "gravity"), ("accelerometer",))
 """Files that hold the acceleration with gravity, the first of which that are there are taken."""
 _PRESSURES: Final = ("barometer", "pressure")
+_ARCHIVE: Final = ".zip"
 _USUAL_PLACE, _CAMERA_PLACE = "pocket", "helmet"
+
+
+_NAMES: Final = (_GYROSCOPE, _LOCATION, *dict.fromkeys(name for names in _ACCELERATIONS for name in names), *_PRESSURES)
+"""Files of an export that are read, without their suffix."""
 
 
 def app_files(folder: Path) -> list[Path]:
@@ -26,8 +35,28 @@ def app_files(folder: Path) -> list[Path]:
     by_name = {path.stem.lower(): path for path in sorted(folder.iterdir()) if path.suffix.lower() == ".csv"}
     if not {_GYROSCOPE, _LOCATION} <= by_name.keys():
         return []
-    names = (_GYROSCOPE, _LOCATION, *dict.fromkeys(name for names in _ACCELERATIONS for name in names), *_PRESSURES)
-    return [by_name[name] for name in names if name in by_name]
+    return [by_name[name] for name in _NAMES if name in by_name]
+
+
+@contextmanager
+def files_given(files: Sequence[Path]) -> Iterator[list[Path]]:
+    """Yield the files themselves; of one folder or one archive with an app's export, the files in it.
+
+    An archive is unpacked into a folder that is there as long.  Raises InputError for an archive without an export.
+    """
+    if len(files) != 1:
+        yield list(files)
+    elif files[0].suffix.lower() == _ARCHIVE:
+        with TemporaryDirectory() as name:
+            folder = Path(name)
+            unpack(files[0], tuple(f"{stem}.csv" for stem in _NAMES), folder)
+            within = app_files(folder)
+            if not within:
+                problem = "it holds no Gyroscope.csv and Location.csv of a telephone's app"
+                raise InputError(files[0], "", problem, "unpack it, and give its files with their places")
+            yield within
+    else:
+        yield (app_files(files[0]) if files[0].is_dir() else []) or list(files)
 
 
 def with_places(files: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:

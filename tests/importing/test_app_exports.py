@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from strapped import LAG, strapped
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.importing.answers import Answers
-from sssi_exudyn.importing.app_exports import app_files, with_places
+from sssi_exudyn.importing.app_exports import app_files, files_given, with_places
 from sssi_exudyn.importing.assemble import import_recording
 from sssi_exudyn.recording.read import read_recording
 
@@ -83,6 +84,29 @@ def test_a_folder_without_gyroscope_or_fixes_is_no_export(tmp_path: Path) -> Non
     assert app_files(tmp_path) == []
     export(tmp_path, ("Gyroscope", "Accelerometer"))
     assert app_files(tmp_path) == []
+
+
+def test_an_archive_of_an_app_stands_for_its_files(tmp_path: Path) -> None:
+    paths = export(tmp_path, SENSOR_LOGGER)
+    with zipfile.ZipFile(tmp_path / "export.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in paths:
+            archive.write(path, f"2026-02-01_10-00/{path.name}")
+        archive.writestr("../Gravity.csv", "outside")
+    with files_given([tmp_path / "export.zip"]) as given_files:
+        names = [path.name for path in given_files]
+        folder = given_files[0].parent
+        assert folder.is_dir()
+        assert (folder / "Orientation.csv").exists() is False
+        assert (folder / "Gravity.csv").read_text(encoding="utf-8") == "outside"  # and nothing beside the folder
+    assert names[:3] == ["Gyroscope.csv", "Location.csv", "TotalAcceleration.csv"]
+    assert not folder.exists()
+    with zipfile.ZipFile(tmp_path / "other.zip", "w") as archive:
+        archive.writestr("Location.csv", "time")
+    with pytest.raises(InputError, match=r"it holds no Gyroscope\.csv"), files_given([tmp_path / "other.zip"]):
+        pass
+    (tmp_path / "torn.zip").write_bytes((tmp_path / "export.zip").read_bytes()[:200])
+    with pytest.raises(InputError, match="damaged, or no archive"), files_given([tmp_path / "torn.zip"]):
+        pass
 
 
 def test_a_sensors_file_without_its_place_is_told_so(tmp_path: Path) -> None:
