@@ -23,6 +23,7 @@ from sssi_exudyn.importing.motion_formats import MOTION_READERS
 from sssi_exudyn.importing.sensor_logs import BAROMETER
 from sssi_exudyn.io.writing import clear_errors, folder_lock, write_atomically
 from sssi_exudyn.recording.instruments.fixes_gnss_logger import is_gnss_log
+from sssi_exudyn.recording.instruments.gopro import SUFFIXES as CAMERAS
 from sssi_exudyn.recording.instruments.gps import READERS
 from sssi_exudyn.recording.instruments.imu import PLACES
 from sssi_exudyn.recording.read import read_recording
@@ -98,7 +99,13 @@ def _runs_in(folder: Path) -> dict[str, list[Path]]:
         runs.setdefault(path.name.partition(".")[0], []).append(path)
     if len(runs) > _MOST:
         raise InputError(folder, "", f"{len(runs)} runs, more than {_MOST}", "import some of them")
-    return runs
+    return {name: _without_films(files) for name, files in runs.items()}
+
+
+def _without_films(files: list[Path]) -> list[Path]:
+    """Return the files of a run; a film beside others shows the skier, and is no instrument."""
+    others = [path for path in files if path.suffix.lower() not in CAMERAS]
+    return others or files
 
 
 def _usable(folder: Path) -> Iterator[Path]:

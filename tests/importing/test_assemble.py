@@ -141,6 +141,8 @@ def test_a_folder_of_runs_becomes_recordings_and_a_table(tmp_path: Path, capsys:
         made = Tiny().write(season / name)
         (made / "recording.toml").unlink()
         (made / "photo.jpg").write_bytes(b"")
+        (made / "film.mp4").write_bytes(b"of the skier")
+        (made / "notes.txt").write_text("icy", encoding="utf-8")
     shutil.copy(season / "a" / "motion.bvh", season / "c.bvh")  # a run of files in the folder itself, without fixes
     command = ["import", str(season), "--out", str(tmp_path / "out"), "--mass-kg", "70", "--height-m", "1.65"]
     with pytest.raises(SystemExit) as end:
