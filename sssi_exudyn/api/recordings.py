@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Unpack
 
 from sssi_exudyn.api.arguments import AnyPath, Picture, ProgressWanted, RecordingFolder, path_of
 from sssi_exudyn.core.command_line import Argument, Option
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.importing.answers import AnswerOptions, Answers
 
 if TYPE_CHECKING:
@@ -186,6 +187,10 @@ def import_any(
 
     with files_given(files) as given:
         if len(given) == 1 and given[0].is_dir():
+            if run is not None:
+                raise InputError(
+                    given[0], "--run", "it takes a run of a track, not of a folder", "give the track's file"
+                )
             return import_folder(given[0], out, defaults=defaults, progress=progress, **answers)
         if run is None and holds_several_runs(given, _answers_of(answers, defaults)):
             return import_day(given, out, defaults=defaults, progress=progress, **answers)
@@ -221,7 +226,6 @@ def _answers_of(given: AnswerOptions, defaults: AnyPath | None) -> Answers:
 
     Raises InputError for a name that no answer has.
     """
-    from sssi_exudyn.core.errors import InputError
     from sssi_exudyn.core.text import did_you_mean
     from sssi_exudyn.importing.defaults import fill, read_defaults
 

@@ -202,14 +202,14 @@ def _kind(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix in MOTION_READERS:
         return "motion"
-    if suffix in INSOLE_EXPORTS and not (suffix == ".csv" and is_insoles(path)) and is_insole_export(path):
+    if suffix == ".csv" and holds_channels(path):
+        fix = f"write its place before it: pocket={path.name} (or {', '.join(IMU_PLACES)})"
+        raise InputError(path, "", "it is a sensor's file, and where the sensor was is not given", fix)
+    if suffix == ".csv" and is_insoles(path):
+        return "poles" if "pole" in path.stem.lower() else "insoles"  # both have a force left and one right
+    if suffix in INSOLE_EXPORTS and is_insole_export(path):
         return "insoles"
     if suffix in READERS:
-        if suffix == ".csv" and is_insoles(path):
-            return "poles" if "pole" in path.stem.lower() else "insoles"  # both have a force left and one right
-        if suffix == ".csv" and holds_channels(path):
-            fix = f"write its place before it: pocket={path.name} (or {', '.join(IMU_PLACES[:-1])})"
-            raise InputError(path, "", "it is a sensor's file, and where the sensor was is not given", fix)
         return "fixes"
     known = ", ".join(dict.fromkeys((*MOTION_READERS, *READERS, *INSOLE_EXPORTS)))
     raise InputError(path, "", f"no reader for {path.suffix!r}", f"export it as one of {known}")

@@ -20,7 +20,7 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.core.text import one_line
-from sssi_exudyn.io.bounds import MAX_COLUMNS, MAX_LINE, check_samples
+from sssi_exudyn.io.bounds import MAX_COLUMNS, check_samples
 from sssi_exudyn.io.files import read_text
 from sssi_exudyn.io.long_table import pieces_of_lines
 from sssi_exudyn.io.repairs import Repairs
@@ -301,10 +301,14 @@ def _read_log(place: str, path: Path) -> Log:
 
 
 def holds_channels(path: Path) -> bool:
-    """Return whether a table's header has time and channels of a gyroscope or an accelerometer."""
-    header = read_text(path).partition("\n")[0][:MAX_LINE]
-    names = [_channel_name(path, title) for title in _titles_of(header)]
-    return "time_s" in names and any(name.startswith(("rate_", "acceleration_", "gravity_")) for name in names)
+    """Return whether a table has time and channels of a gyroscope or an accelerometer, and no places on Earth."""
+    for piece in pieces_of_lines(path):
+        titles = _titles(path, piece[0])
+        names = [_channel_name(path, title) for title in titles]
+        placed = any(title.lower().startswith("lat") for title in titles)
+        sensed = any(name.startswith(("rate_", "acceleration_", "gravity_")) for name in names)
+        return "time_s" in names and sensed and not placed
+    return False
 
 
 def _titles(path: Path, row: tuple[int, str]) -> list[str]:

@@ -13,7 +13,7 @@ from strapped import LAG, strapped
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.app_exports import app_files, files_given, with_places
-from sssi_exudyn.importing.assemble import import_recording
+from sssi_exudyn.importing.assemble import import_recording, sort_sources
 from sssi_exudyn.recording.read import read_recording
 
 SENSOR_LOGGER = ("Location", "Gyroscope", "Accelerometer", "Gravity", "TotalAcceleration", "Barometer", "Orientation")
@@ -117,6 +117,9 @@ def test_a_sensors_file_without_its_place_is_told_so(tmp_path: Path) -> None:
     for files in ([log, fixes], [fixes, log]):
         with pytest.raises(InputError, match=r"imu.csv: it is a sensor's file.*write its place before it: pocket=imu"):
             import_recording(files, tmp_path / "out", Answers())
+    both = tmp_path / "both.csv"  # a table of a logger that has everything is fixes without a place, a sensor with one
+    both.write_text("t_s,lat,lon,alt_m,ax,ay,az,gx,gy,gz\n", encoding="utf-8")
+    assert sort_sources([Path(f"chest={both}"), both]).gps == both
     with pytest.raises(InputError, match=r"'phone' is no place of a sensor; write one of left_ski=, .*insoles="):
         import_recording([Path(f"phone={log}"), fixes], tmp_path / "out", Answers())
     with pytest.raises(InputError, match=r"pocket=phone.csv"):

@@ -47,6 +47,8 @@ _WHY: Final = {
     "no fixes": "the receiver was lost",
 }
 """Why a piece is no run, by its kind."""
+_MOST_RUNS: Final = 200
+"""Maximum number of runs of a day; seven hours have a hundred of them on the shortest lifts."""
 _PIECE: Final = 4_000_000
 """Bytes that are hashed at once."""
 _BESIDE: Final = 10.0
@@ -212,6 +214,9 @@ def _track_of(material: Material) -> _Track:
     enu = np.stack(pymap3d.geodetic2enu(*degrees, height, degrees[0][0], degrees[1][0], height[0]), axis=-1)
     flat = enu[:, :2]  # heights are taken as they are: level ground falls off the first fix's plane by 8 m in 10 km
     pieces = tuple(split_day(time, flat, height))
+    count = sum(piece.kind == "run" for piece in pieces)
+    if count > _MOST_RUNS:
+        raise InputError(path, "", f"{count} runs are more than any day has", "export one day alone")
     speed = fixes.columns.get("speed_mps", averaged_speed(time, flat))
     return _Track(path, fixes, np.column_stack([flat, height - height[0]]), speed, pieces)
 
@@ -239,14 +244,14 @@ def _cut(material: Material, track: _Track, number: int, offset: float) -> Mater
 
 
 def _utc(track: _Track, at: int) -> str:
-    """Return the date and time of day of a fix, empty where the file has none."""
+    """Return the date and time of day of a fix (ISO 8601, UTC), empty where the file has none."""
     if track.fixes.began is None:
         return ""
     try:
         moment = datetime.fromtimestamp(track.fixes.began + float(track.time[at]), UTC)
     except (ValueError, OverflowError, OSError):  # years that no calendar has
         return ""
-    return f"{moment:%Y-%m-%d %H:%M:%S} UTC"
+    return f"{moment:%Y-%m-%dT%H:%M:%SZ}"
 
 
 def _row(

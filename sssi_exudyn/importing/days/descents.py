@@ -21,7 +21,7 @@ Kind = Literal["run", "too short", "lift", "pause", "no fixes"]
 CLIMB: Final = 12.0
 """Rise of the height, m, that ends a descent: beyond the wander of telephones' heights, below the shortest lifts."""
 LEAST_DROP: Final = 25.0
-"""Vertical, m, from which on a way down is a run; the practice slopes of ski schools have 20 to 40 m."""
+"""Vertical, m, from which on a way down is a run: twice the wander of telephones' heights."""
 LEAST_TIME: Final = 10.0
 """Duration, s, from which on a way down is a run: some five turns."""
 PAUSE: Final = 60.0

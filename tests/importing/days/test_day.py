@@ -110,7 +110,7 @@ def test_runs_of_a_watch_alone_are_listed_with_what_is_missing(
         assert float(row["length_m"]) == pytest.approx(np.hypot(0.007 * 111_200.0, 130.0), rel=0.03)
         assert row["file"] == name
         assert len(row["sha256"]) == 64
-    assert rows[0]["start_utc"].startswith("2026-02-02 00:04:5")  # 300 s after three seconds before midnight
+    assert rows[0]["start_utc"].startswith("2026-02-02T00:04:5")  # 300 s after three seconds before midnight
     assert not (tmp_path / "day" / "run_01").exists()
 
 
@@ -126,6 +126,23 @@ def test_a_run_of_a_track_needs_a_sensor_and_no_capture(tmp_path: Path) -> None:
         sssi_exudyn.import_day([folder / "motion.bvh", track], tmp_path / "out")
     with pytest.raises(InputError, match="no file holds fixes"):
         sssi_exudyn.import_day([folder / "insoles.csv"], tmp_path / "out")
+
+
+def test_what_no_day_has_is_refused(tmp_path: Path) -> None:
+    time = 5.0 * np.arange(3000.0)
+    up = np.where(np.arange(3000) % 12 < 6, 1.0, 0.0) * 60.0
+    columns = {"time_s": time, "latitude_deg": 46.8 + 5e-4 * np.arange(3000.0), "longitude_deg": 9.8 + 1e-5 * time,
+               "altitude_m": 1800.0 + up}  # fmt: skip
+    (tmp_path / "day.gpx").write_text(gpx(columns), encoding="utf-8")
+    with pytest.raises(InputError, match="runs are more than any day has"):
+        sssi_exudyn.import_day(tmp_path / "day.gpx", tmp_path / "day")
+
+
+def test_one_run_of_a_folder_of_runs_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["import", str(tmp_path), "--out", str(tmp_path / "out"), "--run", "2"])
+    assert end.value.code == 2
+    assert "it takes a run of a track, not of a folder" in capsys.readouterr().err
 
 
 def test_runs_that_no_sensor_covers_are_listed(whole: Recording, tmp_path: Path) -> None:
