@@ -120,7 +120,7 @@ def import_files(
     ----------
     files : a motion capture, or PLACE=FILE of sensors (gyroscope and accelerometer may be two of a place); and files of
         fixes, insoles, poles; or an app's export, a folder or .zip; or, on the command line, a folder of many runs
-    out : the recording's folder.  It is made here.
+    out : the recording's folder, of a day the folder of its runs.  It is made here.
     run : which descent of a track that holds several, from 1; without it the command line imports all of them
     defaults : a file of answers, such as mass_kg = 71
     answers : what no file holds, by the names of ``Answers``, such as ``mass_kg`` or ``antenna_joint``
@@ -135,14 +135,11 @@ def import_files(
     >>> sssi_exudyn.import_files(["run.mvnx", "run.gpx"], "monday", mass_kg=70.0, height_m=1.75)
     """
     from sssi_exudyn.importing.app_exports import files_given
-    from sssi_exudyn.importing.assemble import import_recording
     from sssi_exudyn.importing.days.day import import_run
 
     known = _answers_of(answers, defaults)
     with files_given(_paths_of(files)) as given:
-        if run is not None:
-            return import_run(given, Path(out), known, run)
-        return import_recording(given, Path(out), known)
+        return import_run(given, Path(out), known, run)
 
 
 def import_day(

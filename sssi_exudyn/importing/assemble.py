@@ -128,7 +128,7 @@ def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Reco
     Raises InputError for files without a reader, two of a kind, whatever a reader refuses, and missing answers.  Raises
     it too for an ``out`` that holds a recording already, and for what ``read_recording`` refuses of the result.
     """
-    _refuse_existing(out)
+    refuse_existing(out)
     sources = sort_sources(files)
     check_posture(sources)
     return import_material(read_material(sources, answers), out, answers)
@@ -137,7 +137,7 @@ def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Reco
 def import_material(material: Material, out: Path, answers: Answers) -> Recording:
     """Make the recording folder ``out`` of what was read; see ``import_recording``."""
     with folder_lock(out), clear_errors(out):
-        _refuse_existing(out)
+        refuse_existing(out)
         made = out / ".import"
         shutil.rmtree(made, ignore_errors=True)
         made.mkdir()
@@ -152,7 +152,8 @@ def import_material(material: Material, out: Path, answers: Answers) -> Recordin
     return replace(recording, folder=out)
 
 
-def _refuse_existing(out: Path) -> None:
+def refuse_existing(out: Path) -> None:
+    """Raise InputError where a folder holds a recording already."""
     if (out / FILE).exists():
         raise InputError(out / FILE, "", "there is a recording already", "choose another folder with --out")
 

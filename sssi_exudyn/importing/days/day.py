@@ -27,10 +27,12 @@ from sssi_exudyn.importing.assemble import (
     import_material,
     offset_of_fixes,
     read_material,
+    refuse_existing,
     sort_sources,
 )
 from sssi_exudyn.importing.days.descents import LEAST_DROP, LEAST_TIME, Piece, averaged_speed, split_day
 from sssi_exudyn.importing.sensor_logs import cut_log
+from sssi_exudyn.io.bounds import MAX_SENSOR
 from sssi_exudyn.io.files import open_regular
 from sssi_exudyn.io.writing import folder_lock, write_atomically
 from sssi_exudyn.recording.instruments.fixes import REQUIRED, Fixes
@@ -121,24 +123,37 @@ def holds_several_runs(files: Sequence[Path], answers: Answers) -> bool:
     return len(_track_of(read_material(replace(sources, sensors=()), answers)).runs) > 1
 
 
-def import_run(files: Sequence[Path], out: Path, answers: Answers, number: int) -> Recording:
-    """Make the recording folder ``out`` of the ``number``-th run of a day, counted from 1.
+def import_run(files: Sequence[Path], out: Path, answers: Answers, number: int | None = None) -> Recording:
+    """Make the recording folder ``out`` of one run of a day, or of files that hold one run.
 
-    Raises InputError for a number that no run has, for a motion capture, and whatever ``import_recording`` raises.
+    Parameters
+    ----------
+    number : which descent of the track, from 1; None for the whole track, except that sensors' logs that are longer
+        than any run are cut to the one descent that it holds
+
+    Raises InputError for a number that no run has, for one beside a motion capture, for long logs of several runs, and
+    whatever ``import_recording`` raises.
     """
+    refuse_existing(out)
     sources = sort_sources(files)
-    if sources.motion is not None:
+    if sources.motion is not None and number is not None:
         problem = "a motion capture covers one run, which is taken of the track"
         raise InputError(sources.motion, "--run", problem, "leave --run out")
     check_posture(sources)
     material = read_material(sources, answers)
+    longest = max((log for log in material.logs), key=lambda log: len(log.table.lines), default=None)
+    if number is None and (longest is None or material.fixes is None or len(longest.table.lines) <= MAX_SENSOR):
+        return import_material(material, out, answers)
     track = _track_of(material)
+    if number is None and longest is not None and len(track.runs) != 1:
+        problem = f"{len(longest.table.lines)} samples are more than any run has, and the track has {len(track.runs)}"
+        raise InputError(longest.table.file, "", problem, "take one with --run N, or all with import_day")
+    number = 1 if number is None else number
     if not 1 <= number <= len(track.runs):
         problem = f"the track holds {len(track.runs)} run(s), and none of number {number}"
         raise InputError(track.path, "--run", problem, "leave --run out to see them")
-    piece = track.runs[number - 1]
     offset = offset_of_fixes(material, answers)
-    if _shared(material, track, piece, offset) < LEAST_TIME:
+    if _shared(material, track, track.runs[number - 1], offset) < LEAST_TIME:
         fix = "take another run, or give the sensors' files of this one"
         raise InputError(track.path, "--run", f"no sensor covers run {number}", fix)
     return import_material(_cut(material, track, number, offset), out, replace(answers, gps_offset_s=None))

@@ -128,6 +128,23 @@ def test_a_run_of_a_track_needs_a_sensor_and_no_capture(tmp_path: Path) -> None:
         sssi_exudyn.import_day([folder / "insoles.csv"], tmp_path / "out")
 
 
+@pytest.mark.long
+def test_a_log_that_is_longer_than_any_run_is_cut_to_the_one_descent(
+    whole: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_day(whole, tmp_path / "export", runs=1, split=False)
+    monkeypatch.setattr("sssi_exudyn.importing.days.day.MAX_SENSOR", 3000)  # as if it were of hours
+    made = sssi_exudyn.import_files(tmp_path / "export", tmp_path / "out")
+    assert "run 1 of 1 of the track" in made.note
+    assert made.completed is not None
+    assert made.stop - made.start < 25.0
+    write_day(whole, tmp_path / "two", runs=2, split=False)
+    with pytest.raises(
+        InputError, match=r"samples are more than any run has, and the track has 2; take one with --run"
+    ):
+        sssi_exudyn.import_files(tmp_path / "two", tmp_path / "none")
+
+
 def test_what_no_day_has_is_refused(tmp_path: Path) -> None:
     time = 5.0 * np.arange(3000.0)
     up = np.where(np.arange(3000) % 12 < 6, 1.0, 0.0) * 60.0
