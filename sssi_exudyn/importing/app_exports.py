@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.importing.opensense import SUFFIX, places_in
 from sssi_exudyn.importing.sensor_logs import BAROMETER, split_place
 from sssi_exudyn.io.archive import unpack
 from sssi_exudyn.recording.instruments.gopro import SUFFIXES as CAMERAS
@@ -62,9 +63,10 @@ def files_given(files: Sequence[Path]) -> Iterator[list[Path]]:
 def with_places(files: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
     """Return the files with the place of a telephone in a pocket before an app's gyroscope and accelerometer.
 
-    Files that have a place already keep it, and where a sensor has one nothing is assumed.  The second value says in
-    words what was assumed.
+    Files that have a place already keep it, and where a sensor has one nothing is assumed.  Orientations of sensors
+    (``opensense``) come once for each place that their columns name.  The second value says in words what was assumed.
     """
+    files = [placed for path in files for placed in _sensors_in(path)]
     free = {path.stem.lower(): path for path in files if split_place(path) is None and path.suffix.lower() == ".csv"}
     films = [path for path in files if split_place(path) is None and path.suffix.lower() in CAMERAS]
     placed = {pair[0] for path in files if (pair := split_place(path)) is not None}
@@ -88,3 +90,10 @@ def with_places(files: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
         if place is not None:
             given.append(Path(f"{place}={path}") if place else path)
     return given, notes
+
+
+def _sensors_in(path: Path) -> list[Path]:
+    """Return a file with the place of every sensor in it, or the file alone where its columns name none."""
+    known = path.suffix.lower() == SUFFIX and split_place(path) is None and path.is_file()
+    places = places_in(path) if known else ()
+    return [Path(f"{place}={path}") for place in places] or [path]

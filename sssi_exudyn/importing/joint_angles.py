@@ -23,6 +23,7 @@ from sssi_exudyn.bodies.skier.chain import (
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.importing.capture_tree import SIDES, capture_of, trunk_places
+from sssi_exudyn.importing.opensense import is_orientations
 from sssi_exudyn.io.files import read_text
 from sssi_exudyn.io.storage import GROUND_FROM_LEVEL, read_storage
 from sssi_exudyn.io.table import check_time
@@ -42,8 +43,6 @@ _NEEDED: Final = (
     *(f"ankle_angle_{side}" for side, _ in SIDES),
     *(f"lumbar_{movement}" for movement in ("extension", "bending", "rotation")),
 )
-_HEAD: Final = 2000
-"""Number of characters within which a file's kind is stated."""
 _LARGEST: Final = 20.0
 """Largest angle, rad; a skier's angles stay below three turns."""
 
@@ -72,9 +71,10 @@ def read_joint_angles(path: Path, height: float | None) -> Bvh:
     if height is None:
         raise InputError(path, "", "no file holds --height-m, and angles have no lengths", "give this option")
     text = read_text(path)
-    if "datatype=quaternion" in text[:_HEAD].lower():
+    if is_orientations(text):
         problem = "it holds the orientations of sensors, not the angles of joints"
-        raise InputError(path, "DataType", problem, "run OpenSense's inverse kinematics, and give its .mot or .sto")
+        fix = "give it without other sensors, or run OpenSense's inverse kinematics and give its .mot"
+        raise InputError(path, "DataType", problem, fix)
     table = read_storage(path, text)
     at = {name.rsplit("/", 2)[-2] if name.endswith("/value") else name: i for i, name in enumerate(table.columns)}
     missing = [name for name in _NEEDED if name not in at]

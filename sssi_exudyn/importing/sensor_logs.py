@@ -20,6 +20,8 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.core.text import one_line
+from sssi_exudyn.importing.opensense import SUFFIX as ORIENTATIONS
+from sssi_exudyn.importing.opensense import read_orientations
 from sssi_exudyn.io.bounds import MAX_COLUMNS, check_samples
 from sssi_exudyn.io.files import read_text
 from sssi_exudyn.io.long_table import pieces_of_lines
@@ -92,8 +94,7 @@ def read_logs(files: Sequence[tuple[str, Path]]) -> list[Log]:
     places: dict[str, list[Log]] = {}
     for place, path in files:
         if place != PRESSURE:
-            camera = path.suffix.lower() in CAMERAS
-            places.setdefault(place, []).extend(_camera_logs(place, path) if camera else [_read_log(place, path)])
+            places.setdefault(place, []).extend(_logs_of(place, path))
     logs = []
     for several in places.values():
         whole = _with_gravity(several)
@@ -248,6 +249,16 @@ def _cells(path: Path) -> list[tuple[int, list[str]]]:
         raise InputError(path, "header", "more columns than any instrument has", "export the file again")
     check_samples(path, "", len(lines), widest)
     return [(number, line.split(",")) for number, line in lines]
+
+
+def _logs_of(place: str, path: Path) -> list[Log]:
+    """Read what a file holds of the sensor at a place."""
+    if path.suffix.lower() in CAMERAS:
+        return _camera_logs(place, path)
+    if path.suffix.lower() == ORIENTATIONS:
+        table = read_orientations(path, place)
+        return [Log(place, table, None, table.notes)]
+    return [_read_log(place, path)]
 
 
 def _camera_logs(place: str, path: Path) -> list[Log]:

@@ -113,5 +113,5 @@ def test_a_storage_of_angles_is_read_and_one_of_orientations_is_refused(tmp_path
     (tmp_path / "imu.sto").write_text(
         "DataRate=100\nDataType=Quaternion\nendheader\ntime\tpelvis_imu\n", encoding="utf-8"
     )
-    with pytest.raises(InputError, match="orientations of sensors, not the angles of joints; run OpenSense's"):
+    with pytest.raises(InputError, match="orientations of sensors, not the angles of joints; give it without other"):
         read_motion(tmp_path / "imu.sto", HEIGHT)

@@ -20,6 +20,7 @@ from gopro_file import film, payloads
 from insole_files import EXPORTS
 from mvnx_file import mvnx, orientations
 from rasterio.transform import from_origin
+from scipy.spatial.transform import Rotation
 from strapped import write_few
 from swinging import HEIGHT, chain_coordinates, mot
 from tiny import ANSWERS, ORIGIN, TOML, Columns, Tiny, csv
@@ -27,6 +28,7 @@ from trc_file import joint_places, mediapipe, opencap, trc
 
 from sssi_exudyn.bodies.ski.ski import read_ski, ski_to_table
 from sssi_exudyn.bodies.skier.chain import average_geometry, forward_kinematics, geometry_to_dict
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.writing import to_json
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.recording.read import read_recording
@@ -151,6 +153,7 @@ def _readers(track: Columns) -> Iterator[Seed]:
         "minutes.pos": rtklib(track, "minutes").encode(),
         "film.mp4": film(parts),
         "telemetry.gpmf": b"".join(newer),
+        "imu.sto": _orientations(time).encode(),
         "run.trc": trc(mediapipe(places), 60.0).encode(),
         "study.trc": trc(opencap(places), 60.0).encode(),
         **{name: _head(text.encode(), 60) for name, text in EXPORTS.items()},
@@ -162,6 +165,15 @@ def _readers(track: Columns) -> Iterator[Seed]:
            "longitude_deg": 9.8 + 0.001 * height, "altitude_m": 1800.0 + 130.0 * height}  # fmt: skip
     yield Seed("day.tcx", {"day.tcx": tcx(day).encode()}, "day", weight=0.3)
     yield Seed("day.gpx", {"day.gpx": gpx(day).encode()}, "day", weight=0.3)
+
+
+def _orientations(time: Array) -> str:
+    """Return OpenSense's orientations of two sensors that swing."""
+    swing = np.column_stack([np.sin(time), 0.3 * np.cos(3.0 * time), 0.2 * np.sin(2.0 * time)])
+    cells = [[",".join(f"{part:.6f}" for part in row) for row in Rotation.from_rotvec(sign * swing).as_quat().tolist()]
+             for sign in (1.0, -0.5)]  # fmt: skip
+    rows = ["\t".join([f"{moment:.3f}", *pair]) for moment, *pair in zip(time.tolist(), *cells, strict=True)]
+    return "DataType=Quaternion\nendheader\ntime\tcalcn_l_imu\ttorso_imu\n" + "\n".join(rows) + "\n"
 
 
 def _settings() -> Iterator[Seed]:

@@ -23,6 +23,8 @@ from sssi_exudyn.importing.assemble import import_recording
 from sssi_exudyn.importing.days.day import import_day
 from sssi_exudyn.importing.insole_exports import is_insole_export, read_insole_export
 from sssi_exudyn.importing.motion_formats import MOTION_READERS, read_motion
+from sssi_exudyn.importing.opensense import SUFFIX as ORIENTATIONS
+from sssi_exudyn.importing.opensense import places_in
 from sssi_exudyn.importing.sensor_logs import read_logs
 from sssi_exudyn.io.writing import folder_lock
 from sssi_exudyn.model.from_recording import model_of
@@ -97,6 +99,9 @@ def _read_alone(folder: Path, names: list[str], _out: Path) -> None:
     """Read a file with the readers that take it, up to where an import goes on."""
     (path,) = (folder / name for name in names)
     suffix = path.suffix.lower()
+    if suffix == ORIENTATIONS:
+        read_logs([(place, path) for place in places_in(path)])
+        return
     if suffix in MOTION_READERS:
         read_motion(path, KNOWN.height_m)
         return
