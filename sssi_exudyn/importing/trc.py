@@ -18,6 +18,8 @@ from sssi_exudyn.recording.instruments.fixes import number_of
 
 _NAMES, _FIRST = "Frame#", 2
 """Title of the first column, and the number of columns before the points."""
+_FARTHEST: Final = 1e4
+"""Distance from the origin, m, beyond which no point of a capture is."""
 _RATES: Final = (20.0, 2000.0)
 
 
@@ -52,7 +54,7 @@ def read_trc(path: Path) -> tuple[Points, tuple[str, ...]]:
     check_samples(path, "Time", float(frame[-1]) + 1.0, width)
     where = np.full((int(frame[-1]) + 1, len(names), 3), np.nan)
     where[frame.astype(int)] = unit * table[:, 1:].reshape(len(table), -1, 3)
-    where[np.all(where == 0.0, axis=2)] = np.nan
+    where[np.all(where == 0.0, axis=2) | np.any(np.abs(where) > _FARTHEST, axis=2)] = np.nan
     return Points(rate, tuple(name.rsplit(":", 1)[-1] for name in names), where, {}), repairs.notes
 
 

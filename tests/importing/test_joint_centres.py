@@ -105,7 +105,7 @@ def test_a_set_of_ones_own_stands_beside_the_capture(tmp_path: Path, places: dic
 def test_lost_points_and_frames_are_gaps(tmp_path: Path, places: dict[str, Array]) -> None:
     lost = {label: place.copy() for label, place in pose2sim(places).items()}
     lost["LKnee"][50:53] = np.nan
-    lost["RHeel"][80] = 0.0
+    lost["RHeel"][80] = [0.0, 1e300, 0.0]
     lines = trc(lost, RATE).split("\n")
     del lines[30:32]
     lines[100] = lines[100][:60]
