@@ -92,7 +92,7 @@ def _set_of(path: Path, points: Points) -> tuple[str, dict[str, tuple[str, ...]]
 
     nearest = min(sets, key=lambda name: len(lacking(name)))
     problem = f"no set of labels fits; of {nearest}, the nearest, it lacks {one_line(', '.join(lacking(nearest)), 300)}"
-    raise InputError(path, "labels", problem, f"write a set of its labels into {OWN} beside it (see marker_sets.toml)")
+    raise InputError(path, "labels", problem, f"write a set of its labels into {OWN} next to it (see marker_sets.toml)")
 
 
 def _sets(path: Path) -> dict[str, dict[str, tuple[str, ...]]]:

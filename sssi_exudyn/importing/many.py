@@ -103,7 +103,7 @@ def _runs_in(folder: Path) -> dict[str, list[Path]]:
 
 
 def _without_films(files: list[Path]) -> list[Path]:
-    """Return the files of a run; a film beside others shows the skier, and is no instrument."""
+    """Return the files of a run; a film next to others shows the skier, and is no instrument."""
     others = [path for path in files if path.suffix.lower() not in CAMERAS]
     return others or files
 

@@ -97,7 +97,7 @@ def test_an_archive_of_an_app_stands_for_its_files(tmp_path: Path) -> None:
         folder = given_files[0].parent
         assert folder.is_dir()
         assert (folder / "Orientation.csv").exists() is False
-        assert (folder / "Gravity.csv").read_text(encoding="utf-8") == "outside"  # and nothing beside the folder
+        assert (folder / "Gravity.csv").read_text(encoding="utf-8") == "outside"  # and nothing outside the folder
     assert names[:3] == ["Gyroscope.csv", "Location.csv", "TotalAcceleration.csv"]
     assert not folder.exists()
     with zipfile.ZipFile(tmp_path / "other.zip", "w") as archive:

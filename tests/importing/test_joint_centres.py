@@ -82,10 +82,12 @@ def test_c3d_and_both_directions_of_up_give_the_same(tmp_path: Path, places: dic
     np.testing.assert_allclose(one.pelvis, other.pelvis, atol=1e-5)  # single precision in the file
 
 
-def test_a_set_of_ones_own_stands_beside_the_capture(tmp_path: Path, places: dict[str, Array]) -> None:
+def test_a_set_of_ones_own_stands_next_to_the_capture(tmp_path: Path, places: dict[str, Array]) -> None:
     own = {f"my_{label}": place for label, place in pose2sim(places).items()}
     path = write(tmp_path / "run.trc", trc(own, RATE))
-    with pytest.raises(InputError, match=r"no set of labels fits; of .*write a set of its labels into markers.toml"):
+    with pytest.raises(
+        InputError, match=r"no set of labels fits; of .*write a set of its labels into markers.toml next to it"
+    ):
         read(path)
     text = SETS.read_text(encoding="utf-8").split("[pose2sim]")[1].split("[mediapipe]")[0]
     write(tmp_path / "markers.toml", "[mine]" + text.replace('["', '["my_'))

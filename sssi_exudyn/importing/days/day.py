@@ -131,7 +131,7 @@ def import_run(files: Sequence[Path], out: Path, answers: Answers, number: int |
     number : which descent of the track, from 1; None for the whole track, except that sensors' logs that are longer
         than any run are cut to the one descent that it holds
 
-    Raises InputError for a number that no run has, for one beside a motion capture, for long logs of several runs, and
+    Raises InputError for a number that no run has, for one next to a motion capture, for long logs of several runs, and
     whatever ``import_recording`` raises.
     """
     refuse_existing(out)
