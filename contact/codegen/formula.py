@@ -31,7 +31,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from sssi_exudyn.contact.codegen.tape import Node, Operand, Tape, TapeMath, source_lines
+from sssi_exudyn.contact.codegen.tape import Node, Operand, Tape, TapeMath, needed, source_lines
 from sssi_exudyn.contact.maths import Math
 
 _SHAPES: Final[dict[str, tuple[int, ...]]] = {"Number": (), "Vector": (3,), "Rotation": (3, 3)}
@@ -124,10 +124,11 @@ def _nodes(tape: Tape, name: str, annotation: str) -> Any:
 
 
 def _columns(tape: Tape, outputs: Sequence[Operand], variables: Sequence[Node]) -> list[list[Operand]]:
-    """∂outputs/∂variable for each variable: forwards or backwards, whichever takes fewer sweeps."""
-    if len(outputs) < len(variables):
-        return [list(column) for column in zip(*(tape.gradient(x, variables) for x in outputs), strict=True)]
-    return [tape.derivatives(outputs, x) for x in variables]
+    """∂outputs/∂variable for each variable: swept forwards or backwards, whichever takes fewer operations."""
+    forwards = [tape.derivatives(outputs, x) for x in variables]
+    rows = [tape.gradient(x, variables) for x in outputs]
+    backwards = [[row[column] for row in rows] for column in range(len(variables))]
+    return min(forwards, backwards, key=lambda columns: len(needed(tape, list(itertools.chain(*columns)))))
 
 
 def _plain(nodes: Any) -> Any:

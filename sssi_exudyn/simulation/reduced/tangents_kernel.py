@@ -28,11 +28,9 @@ advance: Callable[..., bool]
 collect_patch: Callable[..., None]
 first_state: Callable[..., tuple[ReducedState, NewtonWork]]
 foot_at: Callable[..., Any]
-foot_force: Callable[..., tuple[float, float]]
+foot_derivatives: Callable[..., tuple[float, ...]]
 foot_linearisation: Callable[..., None]
-foot_on_snow: Callable[..., tuple[float, float, float]]
 foot_on_snow_linearisation: Callable[..., None]
-foot_on_sole_linearisation: Callable[..., None]
 heights: Callable[..., tuple[float, float, float]]
 linearise_air: Callable[..., None]
 linearise_ground: Callable[..., None]
@@ -42,13 +40,14 @@ next_rate: Callable[..., float]
 penetration: Callable[..., float]
 pose_points: Callable[..., None]
 point_arm_derivatives: Callable[..., Any]
-point_force: Callable[..., float]
+point_derivatives: Callable[..., tuple[float, float, float]]
 point_in_snow_linearisation: Callable[..., None]
 point_linearisation: Callable[..., None]
 point_velocity: Callable[..., tuple[float, float, float]]
 point_wrench: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float]]]
 point_wrench_derivatives: Callable[..., Any]
 sinking_rate: Callable[..., float]
+ski_axes: Callable[..., Any]
 snow_normal: Callable[..., tuple[float, float, float]]
 snow_normal_derivatives: Callable[..., Any]
 terrain_linearisation: Callable[..., None]
@@ -88,8 +87,8 @@ def ski_work(points, modes, parameters):
     slopes[STEP, PLACE], slopes[STEP + 1, PLACE + 1] = 1.0, 1.0
     return SkiWork(
         np.zeros((points, 9)), np.zeros((points, 15)), np.zeros((points, 2, 21)), np.zeros((points, modes, 3)), slopes,
-        np.zeros((3, 8 + modes)), np.zeros((3, 7)), np.zeros((3, 2)), np.zeros((3, parameters)), np.zeros((3, 8)),
-        np.zeros((2, 7)), np.zeros((4, 8)), np.zeros((5, 14)), np.zeros((2, 6)),
+        np.zeros((3, 8 + modes)), np.zeros((3, 7)), np.zeros((3, 2)), np.zeros((3, parameters)), np.zeros((7, 11)),
+        np.zeros((2, 7)), np.zeros((5, 14)), np.zeros((2, 6)),
     )  # fmt: skip
 
 
@@ -129,7 +128,7 @@ def touch(parameters, contact, foot, under, curved, work):
     at, velocity, frame, spin = foot
     shape, length = contact.shape, contact.length
     posed, touching, point, reach = work.posed, work.touching, work.point, work.reach
-    ground, by_state, by_parameter = work.by_ground, work.by_state, work.by_parameter
+    ground, by_parameter = work.by_ground, work.by_parameter
     count = 0
     load, groove = 0.0, 0.0
     for i in range(posed.shape[0]):
@@ -140,18 +139,16 @@ def touch(parameters, contact, foot, under, curved, work):
         normal = snow_normal(over[1], over[2])
         depth = penetration(over[0], normal)
         sinking = sinking_rate(point_velocity(velocity, spin, arm, bending), normal)
-        push = point_force(parameters, depth, sinking, length[m])
+        push, by_depth, by_rate = point_derivatives(parameters, depth, sinking, length[m])
         load += push
         groove += depth * length[m]
         curvature = (0.0, 0.0, 0.0)
         if curved:
             linearise_ground(parameters, under, at[0] + arm[0], at[1] + arm[1], ground, by_parameter)
             curvature = (ground[1, 0], ground[1, 1], ground[2, 1])
-        point_linearisation(parameters, depth, sinking, length[m], by_state, by_parameter)
         point_in_snow_linearisation(over, curvature, velocity, spin, arm, bending, point[count])
         for j in range(point.shape[2]):
-            by_depth, by_rate = by_state[0, 0] * point[count, DEPTH, j], by_state[0, 1] * point[count, PUSH, j]
-            point[count, PUSH, j] = by_depth + by_rate
+            point[count, PUSH, j] = by_depth * point[count, DEPTH, j] + by_rate * point[count, PUSH, j]
         for j in range(3):
             touching[count, ARM + j], touching[count, NORMAL + j] = arm[j], normal[j]
             touching[count, CURVATURE + j] = curvature[j]
@@ -238,10 +235,11 @@ def fill_slopes(slopes, point, reach, i):
 @inlined
 def add_tilt(matrix, work, count):
     """Add what the tilt of the snow's normal changes where the ski moves points along curved snow."""
-    touching, slopes, reach, pulls = work.touching, work.slopes, work.reach, work.pulls
+    touching, slopes, reach = work.touching, work.slopes, work.reach
+    pull, step_f, step_l = work.pulls[1], work.slopes[STEP], work.slopes[STEP + 1]
     modes = reach.shape[1]
     for i in range(count):
-        arm, curvature = three_of(touching, i, ARM), three_of(touching, i, CURVATURE)
+        arm, curvature, push = three_of(touching, i, ARM), three_of(touching, i, CURVATURE), touching[i, FORCE]
         _, (by_turn, _) = point_arm_derivatives(arm)
         _, (by_f, by_l) = snow_normal_derivatives(touching[i, SLOPES], touching[i, SLOPES + 1])
         for e in range(2):
@@ -249,9 +247,10 @@ def add_tilt(matrix, work, count):
                 slopes[STEP + e, TURN + j] = by_turn[e][j]
             for k in range(modes):
                 slopes[STEP + e, MODES + k] = reach[i, k, e]
-            tilt = plus(times(curvature[e], by_f), times(curvature[e + 1], by_l))
-            fill_pull(pulls[1 + e], touching[i, FORCE], tilt, arm, reach, i)
-            add_products(matrix, pulls[1 + e], slopes[STEP + e], MODAL + modes + MOMENT + 3, MODES + modes)
+        fill_pull(pull, push, plus(times(curvature[0], by_f), times(curvature[1], by_l)), arm, reach, i)
+        add_products(matrix, pull, step_f, MODAL + modes + MOMENT + 3, MODES + modes)
+        fill_pull(pull, push, plus(times(curvature[1], by_f), times(curvature[2], by_l)), arm, reach, i)
+        add_products(matrix, pull, step_l, MODAL + modes + MOMENT + 3, MODES + modes)
 
 
 @inlined
@@ -331,13 +330,13 @@ def linearise_foot(parameters, columns, t, foot, carried, under, work, matrix):
     at, velocity, frame, _spin = foot
     load, groove, side = carried
     _, h_f, h_l = heights(parameters, under, at[0], at[1])
-    v_t, v_n, edge = foot_on_snow(velocity, h_f, h_l, frame)
-    f_t, f_n = foot_force(parameters, load, v_t, v_n, edge, groove, t, at[0], at[1], side)
+    along, across, edge = ski_axes(snow_normal(h_f, h_l), frame)
+    v_t, v_n = dot(velocity, along), dot(velocity, across)
+    forces = foot_derivatives(parameters, load, v_t, v_n, edge, groove, t, at[0], at[1], side)
     found = work.by_parameter
     linearise_ground(parameters, under, at[0], at[1], work.by_ground, found)
     foot_linearisation(parameters, load, v_t, v_n, edge, groove, t, at[0], at[1], side, work.foot_law, found)
-    foot_on_snow_linearisation(velocity, h_f, h_l, frame, work.foot_state)
-    foot_on_sole_linearisation(load, f_t, f_n, h_f, h_l, frame, work.foot_forces)
+    foot_on_snow_linearisation(velocity, h_f, h_l, load, forces[0], forces[1], frame, work.foot_state)
     chain_foot(work)
     add_foot_motion(matrix, work)
     first, fixed = MODAL + work.reach.shape[1] + FRICTION, work.slopes.shape[1]
@@ -370,25 +369,27 @@ def chain_foot(work):
     """Fill ``work.foot``: from velocity, turn and slopes to sliding velocities and edge angle, from these by the laws
     to the friction's parts, and from them to the force on the foot.
     """
-    state, law, forces, foot = work.foot_state, work.foot_law, work.foot_forces, work.foot
+    state, law, foot = work.foot_state, work.foot_law, work.foot
     foot[:] = 0.0
     for row in range(5):
         if row == EDGE - FRICTION:
             for column in range(8):
                 foot[row, column] = state[2, column]
             continue
-        found = forces[min(row, 3)]
-        foot[row, BY_FORCE], foot[row, BY_FORCE + 1] = found[1], found[2]
-        for column in range(5):
-            foot[row, BY_TURN + column] = found[3 + column]
-        foot[row, BY_LOAD] = found[0] + found[1] * law[0, 0] + found[2] * law[1, 0]
-        foot[row, BY_GROOVE] = found[1] * law[0, 4] + found[2] * law[1, 4]
+        found = state[3 + min(row, 3)]
+        for column in range(8):
+            foot[row, column] = found[column]
+        foot[row, BY_LOAD] = found[8]
         for i in range(2):
-            foot[row, BY_PLACE + i] = found[1] * law[0, 5 + i] + found[2] * law[1, 5 + i]
-        for i in range(3):
-            through = found[1] * law[0, 1 + i] + found[2] * law[1, 1 + i]
-            for column in range(8):
-                foot[row, column] += through * state[i, column]
+            by_force = found[9 + i]
+            foot[row, BY_FORCE + i] = by_force
+            foot[row, BY_LOAD] += by_force * law[i, 0]
+            foot[row, BY_GROOVE] += by_force * law[i, 4]
+            foot[row, BY_PLACE] += by_force * law[i, 5]
+            foot[row, BY_PLACE + 1] += by_force * law[i, 6]
+            for j in range(3):
+                for column in range(8):
+                    foot[row, column] += by_force * law[i, 1 + j] * state[j, column]
 
 
 @inlined

@@ -104,15 +104,6 @@ def ski_axes(math: Math, normal: Vector, rotation: Rotation, turn: Vector = STIL
     return along, cross(normal, along), math.atan2(dot(left, normal), dot(up, normal))
 
 
-@formula(by=("velocity", "turn", "h_f", "h_l"))
-def foot_on_snow(
-    math: Math, velocity: Vector, h_f: Number, h_l: Number, rotation: Rotation, turn: Vector = STILL
-) -> Vector:
-    """Velocity of a foot along and across its ski (m/s) and the edge angle (rad)."""
-    along, across, edge = ski_axes(math, snow_normal(math, h_f, h_l), rotation, turn)
-    return dot(velocity, along), dot(velocity, across), edge
-
-
 @formula()
 def foot_forces(
     _math: Math, load: Number, f_t: Number, f_n: Number, normal: Vector, along: Vector, across: Vector,
@@ -126,12 +117,15 @@ def foot_forces(
     return friction, dot(plus(up, cross(turn, up)), plus(times(load, normal), friction))
 
 
-@formula(by=("load", "f_t", "f_n", "turn", "h_f", "h_l"))
-def foot_on_sole(
-    math: Math, load: Number, f_t: Number, f_n: Number, h_f: Number, h_l: Number, rotation: Rotation,
-    turn: Vector = STILL,
-) -> tuple[Vector, Number]:  # fmt: skip
-    """The same by the slopes of the snow under the foot."""
+@formula(by=("velocity", "turn", "h_f", "h_l", "load", "f_t", "f_n"))
+def foot_on_snow(
+    math: Math, velocity: Vector, h_f: Number, h_l: Number, load: Number, f_t: Number, f_n: Number,
+    rotation: Rotation, turn: Vector = STILL,
+) -> tuple[Number, Number, Number, Vector, Number]:  # fmt: skip
+    """Velocity of a foot along and across its ski (m/s), the edge angle (rad), friction and the force on the sole, by
+    the slopes of the snow under the foot.
+    """
     normal = snow_normal(math, h_f, h_l)
-    along, across, _ = ski_axes(math, normal, rotation, turn)
-    return foot_forces(math, load, f_t, f_n, normal, along, across, rotation, turn)  # type: ignore[no-any-return]
+    along, across, edge = ski_axes(math, normal, rotation, turn)
+    friction, sole = foot_forces(math, load, f_t, f_n, normal, along, across, rotation, turn)
+    return dot(velocity, along), dot(velocity, across), edge, friction, sole

@@ -338,7 +338,7 @@ class SkiWork(NamedTuple):
     pulls : (3, 8 + k) what forces there do to the pelvis, the modes, the moment about the foot, load and groove
     by_state : (3, 7) of any law by its state;  by_ground : (3, 2) of height and slopes of the snow by the place
     by_parameter : (3, p) of all laws by the parameters, each in columns of its own
-    foot_state, foot_law, foot_forces : (3, 8), (2, 7), (4, 8) of ``foot_on_snow``, the foot's laws and ``foot_on_sole``
+    foot_state, foot_law : (7, 11), (2, 7) of ``foot_on_snow`` and of the foot's laws
     foot : (5, 14) of friction, edge angle and the force on the sole, all these together
     patches : (2, 6) by which the patch under the ski changes as it moves along f and along l
     """
@@ -354,6 +354,5 @@ class SkiWork(NamedTuple):
     by_parameter: Array
     foot_state: Array
     foot_law: Array
-    foot_forces: Array
     foot: Array
     patches: Array
