@@ -22,6 +22,8 @@ turn_into: Callable[..., None]
 place_ski: Callable[..., Any]
 press_ski: Callable[..., Any]
 
+START = np.int64(0)
+"""The first instant, and no literal: for that the functions of any instant would be compiled again."""
 REST_ITERATIONS = 200
 REST = 1e-7
 """m by which the height of a skier at rest is known."""
@@ -87,7 +89,7 @@ def rest_equations(system, place, bent, side, memory, work, matrix, residual):
     """Add to the equations of rest those of a ski: the pelvis' height first, then what turns and bends each ski."""
     ski, coupling, joint, motion, own = system.ski, system.coupling, system.joint, system.motion, bent.shape[1]
     base, still, none = 1 + side * own, np.zeros(own - 2), (0.0, 0.0, 0.0)
-    _, height, _, upright, long, left = place_ski(system, 0, side, three(place, 0), bent[side], work)
+    _, height, _, upright, long, left = place_ski(system, START, side, three(place, 0), bent[side], work)
     axes = out_of(work.snow, upright), out_of(work.snow, left)
     pose = SkiPose(height, none, work.local, none, axes[0], axes[1], bent[side, 2:], still)
     force, slopes = press_ski(system, memory, pose, out_of(work.snow, long), 0.0, work)

@@ -44,6 +44,7 @@ next_heading_tangents: Callable[..., None]
 through_heading: Callable[..., None]
 moment_tangents: Callable[..., None]
 OF_HEADING: int
+START: int
 ON_HEIGHT: int
 ON_VELOCITY: int
 ON_TURN: int
@@ -365,7 +366,7 @@ def rest_tangents(system, inputs, place, bent, load, memory, work, lines, room, 
         for j in range(own):
             room.moved[side, BENT + j, 3 + j] = 1.0
         room.arrived[side] = 0.0
-        linearise_ski(system, inputs, 0, side, 0.0, known, memory, work, lines, room)
+        linearise_ski(system, inputs, START, side, 0.0, known, memory, work, lines, room)
         equations, carried = room.equations[side], room.seen[side, FORCE + 2]
         matrix[0, 0] += carried[2]
         matrix[0, base - 2 : base - 2 + own] = carried[3:first]
