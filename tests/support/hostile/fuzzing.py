@@ -1,7 +1,7 @@
 """The fuzzer: files are mutated at random, and the program's response is judged.
 
-    PYTHONPATH=tests/support python tests/support/hostile/fuzzing.py --count 10000 [--real FOLDER] [--state FILE]
-        [--kind KIND]
+    export PYTHONPATH=tests/support:tests/support/diagnosis:tests/support/file_formats
+    python tests/support/hostile/fuzzing.py --count 10000 [--real FOLDER] [--state FILE] [--kind KIND]
 
 Recordings, files of every importable format, models, skis, results, begun sweeps and entries of a cache are mutated;
 some become pipes, devices or folders.  The program may take them, or raise one InputError with file, problem and fix on
