@@ -10,6 +10,7 @@ import numpy as np
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.heading import Turn, turned
+from sssi_exudyn.simulation.reduced.carved_rest import rest_tangents
 from sssi_exudyn.simulation.reduced.carved_run import SHARE, Carved, carved_run, reduced_run_of
 from sssi_exudyn.simulation.reduced.carved_tangents_kernel import CarvedRoom, CarvedTangents, SoughtTangents
 from sssi_exudyn.simulation.reduced.derivative_inputs import (
@@ -61,9 +62,9 @@ class CarvedLinearisation:
         feet = inputs.feet.copy()
         feet[:, :, 3:6] = feet[:, :, 9:12] = 0.0
         still = np.zeros_like(system.motion.foot_velocity)
-        kernel.rest_tangents(
-            system._replace(motion=system.motion._replace(foot_velocity=still, foot_spin=still)),
-            inputs._replace(feet=feet), done.place, done.bent, load, done.fresh_snow(), work, lines, room, z,
+        rest_tangents(
+            kernel, system._replace(motion=system.motion._replace(foot_velocity=still, foot_spin=still)),
+            inputs._replace(feet=feet), (done.place, done.bent), load, done.fresh_snow(), (work, lines, room), z,
         )  # fmt: skip
         for foot in range(2):
             start, change = (done.place, done.velocity), (z[:3], zv[:3])

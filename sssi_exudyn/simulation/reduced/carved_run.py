@@ -19,6 +19,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, snow_grid
 from sssi_exudyn.simulation.heading import Turn
+from sssi_exudyn.simulation.reduced.carved_rest import bend_at_rest, rest_height
 from sssi_exudyn.simulation.reduced.carved_steps_kernel import (
     CarvedSeries,
     CarvedState,
@@ -141,9 +142,9 @@ def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None)
     memory, work = Groove.fresh(2, 2, points), CarvedWork.room(EdgeWork.room(points, modes), modes)
     place, velocity = first_place(model, at)
     load = float(load_at_start(at, SHARE))
-    place[2] = kernel.rest_height(system, place, load, memory, work)
+    place[2] = rest_height(kernel, system, place, load, memory, work)
     bent = np.zeros((2, 2 + modes))
-    if not np.isfinite(place[2]) or not kernel.bend_at_rest(system, place, load, bent, memory, work):
+    if not np.isfinite(place[2]) or not bend_at_rest(kernel, system, place, load, bent, memory, work):
         raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
     velocity[2] = along_snow(model, place + at.foot_place[0], velocity, at.foot_velocity[0], SHARE)
     series, heading = _empty_series(len(at.time), modes), _kernel_heading(model, at)

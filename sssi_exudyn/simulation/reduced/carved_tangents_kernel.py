@@ -44,7 +44,6 @@ next_heading_tangents: Callable[..., None]
 through_heading: Callable[..., None]
 moment_tangents: Callable[..., None]
 OF_HEADING: int
-START: int
 ON_HEIGHT: int
 ON_VELOCITY: int
 ON_TURN: int
@@ -344,38 +343,6 @@ def feel_tables(coupling, feet, base, right):
                 right[base + 2 + j, k] -= (
                     coupling.translation[j, c] * feet[12 + c, k] + coupling.rotation[j, c] * feet[15 + c, k]
                 )
-
-
-@njit(cache=True, error_model="numpy")
-def rest_tangents(system, inputs, place, bent, load, memory, work, lines, room, start):
-    """Fill ``start`` (7 + 2k, d), whose first two rows are given, with the tangents of the pelvis' place and of both
-    skis at rest in fresh snow, as ``bend_at_rest`` finds them.
-
-    system : with a motion without speeds;  inputs : ``TangentInputs`` alike;  load : (d,) N
-    """
-    own, many = bent.shape[1], load.shape[0]
-    size, first = 3 + 2 * own, 3 + own
-    matrix, right, still = np.zeros((size - 2, size - 2)), np.zeros((size, many)), np.zeros((size, many))
-    known = three(place, 0), (0.0, 0.0, 0.0), np.zeros(size), bent, np.zeros((2, own))
-    right[2] = load
-    for side in range(2):
-        base = 3 + side * own
-        collect_moved(room.moved[side], start, still, inputs.feet[0, side], side, own)
-        room.moved[side, :, :first] = 0.0
-        room.moved[side, AT + 2, 2] = 1.0
-        for j in range(own):
-            room.moved[side, BENT + j, 3 + j] = 1.0
-        room.arrived[side] = 0.0
-        linearise_ski(system, inputs, START, side, 0.0, known, memory, work, lines, room)
-        equations, carried = room.equations[side], room.seen[side, FORCE + 2]
-        matrix[0, 0] += carried[2]
-        matrix[0, base - 2 : base - 2 + own] = carried[3:first]
-        matrix[base - 2 : base - 2 + own, 0] = equations[3:, 2]
-        matrix[base - 2 : base - 2 + own, base - 2 : base - 2 + own] = equations[3:, 3:first]
-        right[2] -= carried[first:]
-        right[base : base + own] -= equations[3:, first:]
-        feel_tables(system.coupling, inputs.feet[0, side], base, right)
-    start[2:] = np.linalg.solve(matrix, right[2:])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

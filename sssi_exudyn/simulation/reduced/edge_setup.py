@@ -12,7 +12,6 @@ from sssi_exudyn.contact.codegen.compiled import compile_kernel
 from sssi_exudyn.simulation.assembly import CUTTING_POINTS
 from sssi_exudyn.simulation.reduced import (
     air_tangents,
-    carved_rest_kernel,
     carved_steps_kernel,
     carved_tangents_kernel,
     heading_tangents,
@@ -65,7 +64,6 @@ def carving_module() -> Any:
         edge_kernel,
         turn_kernel,
         carved_steps_kernel,
-        carved_rest_kernel,
         air_tangents,
         heading_tangents,
         carved_tangents_kernel,
