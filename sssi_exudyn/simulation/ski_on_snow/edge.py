@@ -91,8 +91,8 @@ class EdgeWork(NamedTuple):
     force : (6 + k,) of the snow on the ski's coordinates;  matrix : (6 + k, 6 + k) their derivatives, the sign turned
     by_place, by_rate : (6 + k,) how the coordinates and their rates follow from what is sought
     state : (7, 8) derivatives by what ``flat_edge`` takes, pull : (4, 8) of the forces by the same
-    towards, slopes : (4m, 6 + k) of all stations, the forces' directions, and the derivatives of the forces in them
-
+    towards, slopes : (4m, 6 + k) the forces' directions, and the derivatives of the forces in them: four rows for each
+        station in the snow, the last rows unused
     seen : (m, 13) of each station at its deeper edge: normal, along, across (N), the wall's greatest force (N), depth
         of the edge and of the groove left (m), offset (m), v_t, v_n (m/s), edge (rad), rise (1), rate (m/s), and the
         wall's force (N, ≥ 0)
@@ -133,7 +133,7 @@ class EdgeLines(NamedTuple):
     left : (2, 6m, i) of what the snow remembers after the step: groove, offset, the m stations' speed and drift
     kept : (2, 2m, 2, 2) of groove and offset after the step by both as they arrive
     point : (8, 22) of what the law depends on, pull : (4, 22) of the forces, memory : (2, 22) of groove and offset
-    towards, slopes : (4m, 6 + k), (4m, i)
+    towards, slopes : (4m, 6 + k), (4m, i) as in ``EdgeWork``
     reach : (k, 9) the modes' displacements of the deeper and of the other edge, and their turns of the tangent
     state, parameter, memory_state, memory_parameter : (4, 9), (4, p), (2, 9), (2, p) of the laws
     """
@@ -185,8 +185,8 @@ def press_edges(parameters, ski, memory, pose, step, work):
     """
     force, matrix, towards, slopes = work.force, work.matrix, work.towards, work.slopes
     force[:] = 0.0
-    towards[:] = 0.0
     work.seen[:] = 0.0
+    rows = 0
     for i in range(ski.width.shape[0]):
         low, arm, other, tangent, bending = bend_station(ski, pose, i)
         velocity = point_velocity(pose.velocity, pose.spin, arm, bending)
@@ -204,9 +204,11 @@ def press_edges(parameters, ski, memory, pose, step, work):
         flat_edge_linearisation(heights[0], heights[1], tangent, velocity, ski.width[i], side, work.state)
         steer(work.pull, work.state, pressed, axes)
         pull = pull_of(pressed[0], pressed[1], pressed[2], pressed[3], axes)
-        steer_station(ski, pose, i, low, (arm, other, tangent), pull, work)
+        steer_station(ski, pose, i, low, (arm, other, tangent), pull, work, rows)
+        rows += 4
     matrix[:] = 0.0
-    matrix -= np.dot(towards.T, slopes)
+    if rows > 0:
+        matrix -= np.dot(towards[:rows].T, slopes[:rows])
 
 
 @njit(cache=True, error_model="numpy")
@@ -285,8 +287,8 @@ def steer(pull, state, pressed, axes):
 
 
 @inlined
-def steer_station(ski, pose, i, low, point, pull, work):
-    """Add a station's forces ``pull`` to ``work.force``; fill its rows of ``towards`` and ``slopes``.
+def steer_station(ski, pose, i, low, point, pull, work, row):
+    """Add a station's forces ``pull`` to ``work.force``; fill its rows of ``towards`` and ``slopes``, from ``row`` on.
 
     point : places of the deeper and of the other edge about the foot, and the deeper one's tangent
     """
@@ -297,7 +299,7 @@ def steer_station(ski, pose, i, low, point, pull, work):
         moved, over, turned = (axis, axis, none) if c < 3 else (
             cross(axis, arm), cross(axis, other), cross(axis, tangent)
         )  # fmt: skip
-        steer_coordinate(work, i, c, moved, over[2], turned, pull)
+        steer_coordinate(work, row, c, moved, over[2], turned, pull)
     pitched, over_pitched = cross(pose.pitch_axis, arm), cross(pose.pitch_axis, other)
     tipped, up = cross(pose.pitch_axis, tangent), pose.heave_axis
     for k in range(modes):
@@ -305,7 +307,7 @@ def steer_station(ski, pose, i, low, point, pull, work):
         moved = plus(mode_vector(frame, ski.shape, i, low, k), plus(times(heave, up), times(pitch, pitched)))
         over = plus(mode_vector(frame, ski.shape, i, 1 - low, k), plus(times(heave, up), times(pitch, over_pitched)))
         turned = plus(mode_vector(frame, ski.turning, i, low, k), times(pitch, tipped))
-        steer_coordinate(work, i, 6 + k, moved, over[2], turned, pull)
+        steer_coordinate(work, row, 6 + k, moved, over[2], turned, pull)
 
 
 @njit(cache=True, error_model="numpy")
@@ -314,8 +316,8 @@ def mode_vector(frame, shape, i, edge, k):
     return out_of(frame, (shape[i, edge, 0, k], shape[i, edge, 1, k], shape[i, edge, 2, k]))
 
 
-@njit(cache=True, error_model="numpy")
-def steer_coordinate(work, i, c, moved, over, turned, pull):
+@inlined
+def steer_coordinate(work, row, c, moved, over, turned, pull):
     """Fill a coordinate's column of a station's rows.
 
     moved, over, turned : by which a unit of it moves the deeper edge, lifts the other and turns the tangent
@@ -326,10 +328,10 @@ def steer_coordinate(work, i, c, moved, over, turned, pull):
         for d in range(3):
             placed += by[part, BY_TANGENT + d] * turned[d]
             paced += by[part, BY_VELOCITY + d] * moved[d]
-        work.slopes[4 * i + part, c] = by_place * placed + by_rate * paced
+        work.slopes[row + part, c] = by_place * placed + by_rate * paced
     for part in range(3):
-        work.towards[4 * i + part, c] = moved[part]
-    work.towards[4 * i + 3, c] = over
+        work.towards[row + part, c] = moved[part]
+    work.towards[row + 3, c] = over
     work.force[c] += pull[0] * moved[0] + pull[1] * moved[1] + pull[2] * moved[2] + pull[3] * over
 
 
@@ -341,8 +343,7 @@ def linearise_edges(parameters, ski, memory, pose, step, columns, lines, side):
     lines.by_memory[side] = 0.0
     lines.left[side] = 0.0
     lines.kept[side] = 0.0
-    lines.towards[:] = 0.0
-    lines.slopes[:] = 0.0
+    rows = 0
     for i in range(stations):
         low, arm, other, tangent, bending = bend_station(ski, pose, i)
         turned_edge_linearisation(
@@ -369,13 +370,15 @@ def linearise_edges(parameters, ski, memory, pose, step, columns, lines, side):
         axes = axes_on_plane(tangent)
         pressed = edge_force(parameters, *section)
         linearise_pull(lines, pressed, axes)
-        linearise_station(lines, columns, side, i, low, axes)
-        towards, row = lines.towards[4 * i : 4 * i + 4], low * stations + i
+        linearise_station(lines, columns, side, i, low, axes, rows)
+        towards, row = lines.towards[rows : rows + 4], low * stations + i
+        rows += 4
         direct_forces(towards, arm, other, lines.reach)
         add_remembered(lines.by_memory[side], towards, row, lines.state, axes)
         pull = pull_of(pressed[0], pressed[1], pressed[2], pressed[3], axes)
         add_swung(lines.force[side], arm, other, lines.reach, (pull[0], pull[1], pull[2]), (0.0, 0.0, pull[3]))
-    lines.force[side] += np.dot(lines.towards.T, lines.slopes)
+    if rows > 0:
+        lines.force[side] += np.dot(lines.towards[:rows].T, lines.slopes[:rows])
 
 
 @inlined
@@ -430,13 +433,15 @@ def linearise_pull(lines, pressed, axes):
 
 
 @inlined
-def linearise_station(lines, columns, side, i, low, axes):
-    """Fill a station's rows of ``slopes`` and ``left``, and what the memory that arrives there does."""
+def linearise_station(lines, columns, side, i, low, axes, first):
+    """Fill a station's rows of ``slopes``, from ``first`` on, and of ``left``, and what the memory does that arrives
+    there.
+    """
     left, kept, after = lines.left[side], lines.kept[side], lines.memory_state
     stations, fixed = left.shape[0] // 6, ON_MODES + 2 * lines.reach.shape[0]
     row = low * stations + i
     for part in range(4):
-        by_coordinates(lines.pull[part], lines.reach, lines.slopes[4 * i + part])
+        by_coordinates(lines.pull[part], lines.reach, lines.slopes[first + part])
     for part in range(2):
         at = 2 * stations * part + row
         by_coordinates(lines.memory[part], lines.reach, left[at])
@@ -447,7 +452,7 @@ def linearise_station(lines, columns, side, i, low, axes):
         changed = lines.parameter[:, columns.index[column]]
         pull = pull_of(changed[0], changed[1], changed[2], changed[3], axes)
         for part in range(4):
-            lines.slopes[4 * i + part, fixed + column] = pull[part]
+            lines.slopes[first + part, fixed + column] = pull[part]
 
 
 @inlined
