@@ -40,11 +40,11 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     Numba keeps them on disk, so that this takes a minute and a half of computing once and nothing after that.
     """
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
-        kernels = ("reduced", "full")
+        kernels = ("carved", "others")
         processes = [subprocess.Popen([sys.executable, str(COMPILE), what]) for what in kernels]
         statuses = [process.wait() for process in processes]  # of all, before the first may end the session
         if any(statuses):
-            raise pytest.UsageError(f"the force laws cannot be compiled; see: python {COMPILE} full")
+            raise pytest.UsageError(f"the force laws cannot be compiled; see: python {COMPILE} carved")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

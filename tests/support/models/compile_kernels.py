@@ -18,25 +18,25 @@ from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.simulation.turns.steady_turn import TurnCase, edges_of, start_rolling, steady_turn
 
 
-def compile_full() -> None:
-    """Compile the full model, the muscles' paths, a ski in a turn, and carved runs with their tangents."""
-    skier, carving = model(), model((Carving(),))
-    simulate(skier, standing(0.1), stop=0.02)
-    steady_turn(TurnCase(0.5), start_rolling(edges_of(skier.ski)))
+def compile_carved() -> None:
+    """Compile the reduced model with its tangents where edges cut, and a ski in a turn: one module holds all three."""
+    carving = model((Carving(),))
     sensitivities(carving, prepare(carving, standing(0.1)), ["carving.mu"], lambda _, run: run.pelvis)
+    steady_turn(TurnCase(0.5), start_rolling(edges_of(carving.ski)))
+
+
+def compile_others() -> None:
+    """Compile the reduced model with its tangents where edges do not cut, both full models and the muscles' paths."""
+    skier, carving = model(), model((Carving(),))
+    prepared = prepare(skier, standing(0.1))
+    simulate_reduced(skier, prepared)
+    sensitivities(skier, prepared, ["friction.mu_t"], lambda _, run: run.pelvis)
+    simulate(skier, standing(0.1), stop=0.02)
     simulate(carving, standing(0.1, pelvis_list=0.05), stop=0.02)
     muscle_paths(skier_muscles(average_geometry(1.75)).model, np.zeros((1, len(PRESCRIBED))))
 
 
-def compile_reduced() -> None:
-    """Compile the reduced model with its tangents."""
-    skier = model()
-    prepared = prepare(skier, standing(0.1))
-    simulate_reduced(skier, prepared)
-    sensitivities(skier, prepared, ["friction.mu_t"], lambda _, run: run.pelvis)
-
-
-WHAT = {"reduced": compile_reduced, "full": compile_full}
+WHAT = {"carved": compile_carved, "others": compile_others}
 """Parts of about equal duration, for parallel processes."""
 
 
