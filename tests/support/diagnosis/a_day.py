@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from bundled import bundled
+from bundled import bundled, coarse
 
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.model.from_recording import first_guess, model_of
@@ -22,8 +22,7 @@ def fits_of_two_runs(law: Term) -> list[SeparateFit]:
     recording, motion = bundled("intermediate")
     assert recording.gps is not None
     # values of a fit of the whole recording; the data are those of the world below, so no fit is needed to make them
-    fitted = model_of(recording, motion).with_values({"friction.mu_t": 0.19, "friction.mu_n": 0.9})
-    fitted = replace(fitted, solver=replace(fitted.solver, elements=20))  # half the time, for 3 mm of the track
+    fitted = coarse(model_of(recording, motion)).with_values({"friction.mu_t": 0.19, "friction.mu_n": 0.9})
     own: list[SeparateFit] = []
     for number, after in enumerate((0.2, 8.0)):
         stretch = replace(motion, start=motion.start + after, stop=motion.start + after + 7.0)

@@ -13,7 +13,7 @@ import pytest
 import tomli_w
 from a_diagnosis import diagnosis_of, finding_of
 from a_linear_model import LEVELS
-from bundled import bundled
+from bundled import bundled, coarse
 from explanations import NOWHERE, refitted
 from schema_check import check_against_schema
 
@@ -76,9 +76,7 @@ KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "n
 def base() -> tuple[Recording, Motion, Model]:
     recording, motion = bundled("beginner")
     motion = replace(motion, stop=motion.start + 7.0)  # two turns: what is hidden is seen as well as in 11 s
-    model = model_of(recording, motion)
-    # the world is a full model still, in half the time, and its track differs by 3 mm
-    model = replace(model, solver=replace(model.solver, elements=20))
+    model = coarse(model_of(recording, motion))  # the world is a full model still
     problem = problem_of(recording, motion, model, "joint")
     return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pymap3d
 import pytest
 from a_linear_model import LEVELS
-from bundled import bundled
+from bundled import bundled, coarse
 from explanations import explained, ranked, refitted
 
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
@@ -327,11 +327,11 @@ def test_a_finding_that_keeps_to_no_place_is_not_asked(day: Day) -> None:
 @pytest.fixture(scope="module")
 def base() -> Recorded:
     recording, motion = bundled("intermediate")
-    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+    problem = problem_of(recording, motion, coarse(model_of(recording, motion)), "joint")
     return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
 
 
-@pytest.mark.long(seconds=90)
+@pytest.mark.long(seconds=100)
 @pytest.mark.parametrize("hidden", ["snow_patch", "gust"])
 def test_a_second_pass_distinguishes_a_patch_from_a_gust(base: Recorded, hidden: str) -> None:
     """A patch is hidden in both passes, a gust in the first alone, by which neither is certain."""
