@@ -124,8 +124,9 @@ def test_two_runs_find_what_the_first_does_not(monkeypatch: pytest.MonkeyPatch) 
     assert less == pytest.approx(np.log(0.5 / beforehand), abs=0.3)
     # one that would be physically impossible is none
     monkeypatch.setattr(type(hypothesis), "possible", lambda _self, _model: False)
-    left = {explanation.name: explanation for explanation in compare_for_day([own[0]])}
-    assert best.name not in left
+    two_laws = replace(own[0], problem=replace(own[0].problem, hypotheses=[hypothesis, BY_NAME["drag_area"]]))
+    left = {explanation.name: explanation for explanation in compare_for_day([two_laws])}
+    assert left.keys() == {"nothing", "drag_area"}
     assert sum(explanation.probability for explanation in left.values()) == pytest.approx(1.0)
 
 
