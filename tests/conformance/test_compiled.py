@@ -74,6 +74,7 @@ def test_winds_add_up_and_blow_on_segments() -> None:
     np.testing.assert_allclose(force, expected, rtol=1e-14)  # rounding
 
 
+@pytest.mark.long
 def test_linearisation_of_several_terms_is_the_sum_of_each() -> None:
     terms = (SnowPatch(0.2, 1.0, 3.0), AnisotropicFriction(mu_t=0.05), SnowPatch(0.1, 2.5, 4.0, delta_mu_n=-0.2))
     state = (700.0, 4.0, -0.3, 0.2, 1e-3, 0.0, 2.0, 0.5, 1.0)

@@ -238,6 +238,7 @@ def two_runs(tmp_path: Path) -> Path:
     return tmp_path / "first"
 
 
+@pytest.mark.long
 def test_runs_of_one_slope_share_its_surface(two_runs: Path) -> None:
     recording, motion, model = parts(two_runs)
     assert recording.gps is not None
@@ -267,6 +268,7 @@ def test_runs_of_one_slope_share_its_surface(two_runs: Path) -> None:
     np.testing.assert_allclose(again, process.surface.at(along)[:, 0], atol=1e-12)
 
 
+@pytest.mark.long
 def test_how_many_runs_show_the_snow_is_said(two_runs: Path) -> None:
     figures = commands.terrain(two_runs)
     assert figures.runs == 2
@@ -275,6 +277,7 @@ def test_how_many_runs_show_the_snow_is_said(two_runs: Path) -> None:
     assert format_surface(figures).endswith("from the heights of 2 runs")
 
 
+@pytest.mark.long
 def test_a_slope_of_two_runs_and_an_elevation_model(two_runs: Path) -> None:
     recording = read_recording(two_runs)
     write_elevations(recording, two_runs / "dem.tif", 0.0, roll)
