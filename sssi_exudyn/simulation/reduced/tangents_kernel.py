@@ -336,7 +336,7 @@ def linearise_foot(parameters, columns, t, foot, carried, under, work, matrix):
     found = work.by_parameter
     linearise_ground(parameters, under, at[0], at[1], work.by_ground, found)
     foot_linearisation(parameters, load, v_t, v_n, edge, groove, t, at[0], at[1], side, work.foot_law, found)
-    foot_on_snow_linearisation(velocity, h_f, h_l, load, forces[0], forces[1], frame, work.foot_state)
+    foot_on_snow_linearisation(velocity, h_f, h_l, (load, forces[0], forces[1]), frame, work.foot_state)
     chain_foot(work)
     add_foot_motion(matrix, work)
     first, fixed = MODAL + work.reach.shape[1] + FRICTION, work.slopes.shape[1]

@@ -117,15 +117,16 @@ def foot_forces(
     return friction, dot(plus(up, cross(turn, up)), plus(times(load, normal), friction))
 
 
-@formula(by=("velocity", "turn", "h_f", "h_l", "load", "f_t", "f_n"))
+@formula(by=("velocity", "turn", "h_f", "h_l", "forces"))
 def foot_on_snow(
-    math: Math, velocity: Vector, h_f: Number, h_l: Number, load: Number, f_t: Number, f_n: Number,
-    rotation: Rotation, turn: Vector = STILL,
+    math: Math, velocity: Vector, h_f: Number, h_l: Number, forces: Vector, rotation: Rotation, turn: Vector = STILL
 ) -> tuple[Number, Number, Number, Vector, Number]:  # fmt: skip
     """Velocity of a foot along and across its ski (m/s), the edge angle (rad), friction and the force on the sole, by
     the slopes of the snow under the foot.
+
+    forces : N of the snow on the foot: its load, and friction along and across the ski
     """
     normal = snow_normal(math, h_f, h_l)
     along, across, edge = ski_axes(math, normal, rotation, turn)
-    friction, sole = foot_forces(math, load, f_t, f_n, normal, along, across, rotation, turn)
+    friction, sole = foot_forces(math, *forces, normal, along, across, rotation, turn)
     return dot(velocity, along), dot(velocity, across), edge, friction, sole
