@@ -17,7 +17,7 @@ from sssi_exudyn.fitting.first_fit import Fitted, Progress, fit, with_surface
 from sssi_exudyn.fitting.linearised_run import Setting
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
 from sssi_exudyn.fitting.observations import observation_of
-from sssi_exudyn.fitting.parameters import Parameter, posture_errors, unknown_numbers, with_instruments
+from sssi_exudyn.fitting.parameters import Parameter, posture_errors, unknown_numbers, with_unknown_parts
 from sssi_exudyn.fitting.posterior import Posterior, find_posterior
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess
 from sssi_exudyn.model.from_recording import VELOCITY_SIGMA
@@ -116,8 +116,8 @@ def estimate(
         first,
         model=posterior.model,
         names=setting.names,
-        values=posterior.values,
-        covariance=posterior.covariance,
+        values=posterior.numbers,
+        covariance=posterior.covariance_of_numbers,
         residual=np.stack([x, y], axis=1),
         noise=posterior.levels.gps,
         optimum=posterior.optimum,
@@ -198,12 +198,14 @@ def setting_of(
     """The model with the parts whose numbers are sought along, and what is sought with what is measured, as
     ``observation_of`` has it; priors and what each fix counts are the problem's, those of ``more`` come before.
     """
-    model, about = with_instruments(model, recording), recording.uncertainty
-    usual = {unknown.names: unknown.prior for unknown in unknown_numbers(model, problem.priors, recording)}
+    model, stated = (with_unknown_parts(each, recording) for each in (model, problem.model))
+    about = recording.uncertainty
+    usual = {unknown.names: unknown for unknown in unknown_numbers(stated, problem.priors, recording)}
+    given = {names: Parameter(names, prior) for names, prior in (more or {}).items()}
     return model, Setting(
         motion=motion,
         seen=observation_of(recording, model, motion, problem.counts, balanced=balanced, heights=heights),
-        unknowns=tuple(Parameter(names, prior) for names, prior in {**usual, **(more or {})}.items()),
+        unknowns=tuple({**usual, **given}.values()),
         errors=posture_errors(about, motion.start, motion.stop),
         mass=(recording.skier.mass, about.mass),
     )

@@ -26,6 +26,8 @@ from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.terrain.from_heights import TILTS
 
+_SMALLEST: Final = 1e-6
+"""Lower bound of a number whose logarithm is estimated, in its unit, where the model allows zero."""
 STEP: Final = 0.01
 """s; steps of the reduced model."""
 _DIFFERENCE: Final = 1e-3
@@ -52,7 +54,7 @@ class Setting:
 
     def at(self, model: Model, values: Array) -> Model:
         """The model with θ at ``values`` (k,)."""
-        pairs = zip(self.unknowns, values.tolist(), strict=True)
+        pairs = zip(self.unknowns, self.in_units(values).tolist(), strict=True)
         return model.with_values({name: value for unknown, value in pairs for name in unknown.names})
 
     @property
@@ -92,9 +94,30 @@ class Setting:
         """(k,) standard deviations of θ beforehand."""
         return np.array([unknown.prior.sigma for unknown in self.unknowns])
 
+    @property
+    def logarithmic(self) -> NDArray[np.bool_]:
+        """(k,) whether each of θ is the logarithm of its number."""
+        return np.array([unknown.logarithmic for unknown in self.unknowns], dtype=bool)
+
     def values(self, model: Model) -> Array:
         """(k,) θ of a model."""
-        return np.array([model.value(name) for name in self.names])
+        numbers = np.array([model.value(name) for name in self.names])
+        return np.log(numbers, out=numbers, where=self.logarithmic)
+
+    def in_units(self, values: Array) -> Array:
+        """Return the model's numbers (…, k) where θ is ``values`` (…, k)."""
+        return np.exp(values, out=np.array(values, dtype=np.float64), where=self.logarithmic)
+
+    def slopes(self, model: Model) -> Array:
+        """Return the derivatives (k,) of the model's numbers by θ."""
+        return np.where(self.logarithmic, self.in_units(self.values(model)), 1.0)
+
+    def bounds(self, model: Model) -> Array:
+        """Return the lower and upper bounds (k, 2) of θ."""
+        bounds = np.array([model.bounds(name) for name in self.names])
+        lowest = np.where(self.logarithmic, _SMALLEST, -np.inf)
+        bounds = np.maximum(bounds, lowest[:, None])
+        return np.log(bounds, out=bounds, where=self.logarithmic[:, None])
 
     def groups(self) -> list[str]:
         """Return where the uncertainty of each of η is counted, (m,)."""
@@ -200,7 +223,11 @@ def responses_to_numbers(
     names = [name for unknown in unknowns for name in unknown.names]
     slopes = sensitivities(point.model, point.prepared, names, observed, changes)[1]
     counts = [*(len(unknown.names) for unknown in unknowns), *[1] * len(changes)]
-    return np.asarray(np.add.reduceat(slopes, np.cumsum([0, *counts[:-1]]), axis=1))
+    columns = np.asarray(np.add.reduceat(slopes, np.cumsum([0, *counts[:-1]]), axis=1))
+    for i, unknown in enumerate(unknowns):
+        if unknown.logarithmic:
+            columns[:, i] *= point.model.value(unknown.name)
+    return columns
 
 
 def _own_moments(setting: Setting, model: Model, posture: PostureErrors, point: Point) -> Array:

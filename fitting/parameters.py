@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -11,9 +12,11 @@ from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.number_ref import (
     CLOCK_OFFSET,
+    EPS,
     HEADING_OFFSET,
     MU_N,
     MU_T,
+    SLIP,
     START_F,
     START_L,
     STIFFNESS,
@@ -50,6 +53,10 @@ where a late clock or an antenna elsewhere would move it: a clock 0.139 s late c
 """
 USUAL_CUFF: Final = 0.06
 """Share of the load that a boot's cuff takes usually."""
+ONSET: Final = {EPS: 0.1, SLIP: 0.003}
+"""Numbers of how friction builds up between rest and full slip, with their medians beforehand (m/s, and 1) where the
+model states none.  Published friction of skis does not resolve them, so each is known to a factor only.
+"""
 MASS: Final = "skier's mass"
 SURFACE: Final = "snow surface"
 _GROUPS: Final = {
@@ -76,10 +83,14 @@ _POSTURE: Final = {
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number that is fitted: its names in the model (several move together), and what is known of it beforehand."""
+    """A number that is fitted: its names in the model (several move together), and what is known of it beforehand.
+
+    logarithmic : whether its logarithm is estimated, whose prior then is ``prior``; for numbers known to a factor
+    """
 
     names: tuple[NumberRef, ...]
     prior: Prior
+    logarithmic: bool = False
 
     @property
     def name(self) -> NumberRef:
@@ -89,7 +100,7 @@ class Parameter:
     @property
     def group(self) -> str:
         """Where its uncertainty is counted."""
-        special = {HEADING_OFFSET: "heading", CLOCK_OFFSET: "clock"}
+        special = {HEADING_OFFSET: "heading", CLOCK_OFFSET: "clock"} | dict.fromkeys(ONSET, "friction's onset")
         return special.get(self.name) or _GROUPS.get(self.name.owner, "what was found")
 
 
@@ -98,13 +109,19 @@ def group_of(error: PostureError) -> str:
     return _POSTURE.get(error.kind, "trunk's lean")
 
 
-def with_instruments(model: Model, recording: Recording) -> Model:
-    """The model with the instruments' parts whose numbers are sought along."""
+def with_unknown_parts(model: Model, recording: Recording) -> Model:
+    """Return the model with the parts whose numbers are estimated too: those of the instruments, and friction's onset.
+
+    An onset of zero, of which no logarithm can be estimated, becomes its median beforehand.
+    """
     parts: list[Sensor] = [LeverArm()]
     if recording.insoles is not None:
         parts += [BootCuff(USUAL_CUFF), InsoleGain()]
     known = {sensor.name for sensor in model.sensors}
-    return replace(model, sensors=(*model.sensors, *(part for part in parts if part.name not in known)))
+    model = replace(model, sensors=(*model.sensors, *(part for part in parts if part.name not in known)))
+    if is_carved(model.terms) or recording.uncertainty.friction_onset == 0.0:
+        return model
+    return model.with_values({name: median for name, median in ONSET.items() if model.value(name) == 0.0})
 
 
 def drag_coefficient(model: Model) -> NumberRef:
@@ -127,26 +144,40 @@ def snow_beforehand(model: Model) -> Mapping[NumberRef, Prior]:
     return CUTTING if is_carved(model.terms) else FREE
 
 
-def unknown_numbers(model: Model, priors: Mapping[NumberRef, Prior], recording: Recording) -> tuple[Parameter, ...]:
-    """The numbers that the model's laws, start and instruments know; ``priors`` are those of the fit to the track."""
+def unknown_numbers(stated: Model, priors: Mapping[NumberRef, Prior], recording: Recording) -> tuple[Parameter, ...]:
+    """Return the numbers that are unknown of laws, start and instruments, with priors about those of the model as it
+    was ``stated``; ``priors`` are those of the fit to the track.
+    """
     about = recording.uncertainty
-    found = {**snow_beforehand(model), **started_anywhere(priors)}
-    shares = {STIFFNESS: about.snow_stiffness, drag_coefficient(model): about.drag}
-    if is_carved(model.terms):
+    found = {**snow_beforehand(stated), **started_anywhere(priors)}
+    shares = {STIFFNESS: about.snow_stiffness, drag_coefficient(stated): about.drag}
+    if is_carved(stated.terms):
         del shares[STIFFNESS]
     for name, share in shares.items():
-        found[name] = Prior(model.value(name), share * model.value(name))
-    found[CLOCK_OFFSET] = Prior(model.value(CLOCK_OFFSET), about.clock)
+        found[name] = Prior(stated.value(name), share * stated.value(name))
+    found[CLOCK_OFFSET] = Prior(stated.value(CLOCK_OFFSET), about.clock)
     for axis in ("forward", "left", "up"):
         name = NumberRef.of(LeverArm.name, axis)
-        found[name] = Prior(model.value(name), about.antenna)
+        found[name] = Prior(stated.value(name), about.antenna)
     if recording.insoles is not None:
         cuff = NumberRef.of(BootCuff.name, "share")
-        found[cuff] = Prior(model.value(cuff), about.boot_cuff)
+        found[cuff] = Prior(stated.value(cuff), about.boot_cuff)
         for side in ("left", "right"):
             gain = NumberRef.of(InsoleGain.name, side)
-            found[gain] = Prior(model.value(gain), about.insole_gain)
-    return tuple(Parameter((name,), prior) for name, prior in found.items() if prior.sigma > 0.0)
+            found[gain] = Prior(stated.value(gain), about.insole_gain)
+    numbers = [Parameter((name,), prior) for name, prior in found.items()]
+    numbers += [Parameter((name,), prior, logarithmic=True) for name, prior in onset_priors(stated, about).items()]
+    return tuple(number for number in numbers if number.prior.sigma > 0.0)
+
+
+def onset_priors(stated: Model, about: Uncertainty) -> dict[NumberRef, Prior]:
+    """Return priors of the logarithms of friction's onset, about what the model states; none where edges cut."""
+    if is_carved(stated.terms):
+        return {}
+    medians = {name: stated.value(name) or median for name, median in ONSET.items()}
+    return {name: Prior(math.log(median), about.friction_onset) for name, median in medians.items()}
+
+
 
 
 def posture_errors(

@@ -110,8 +110,20 @@ class Posterior:
     def interval(self, name: str, spread: float) -> tuple[float, float, float]:
         """The number of that name, and ``spread`` standard deviations below and above it."""
         i = self.setting.names.index(name)
-        half = spread * float(np.sqrt(self.covariance[i, i]))
-        return float(self.values[i]), float(self.values[i]) - half, float(self.values[i]) + half
+        ends = self.values[:, None] + np.sqrt(np.diag(self.covariance))[:, None] * np.array([0.0, -spread, spread])
+        value, low, high = self.setting.in_units(ends.T)[:, i].tolist()
+        return value, low, high
+
+    @property
+    def numbers(self) -> Array:
+        """(k,) the model's numbers that were sought, each in its unit."""
+        return self.setting.in_units(self.values)
+
+    @property
+    def covariance_of_numbers(self) -> Array:
+        """(k, k) covariance of ``numbers``."""
+        slopes = self.setting.slopes(self.model)
+        return np.asarray(self.covariance * np.outer(slopes, slopes))
 
     @property
     def track_error(self) -> float:
@@ -300,9 +312,9 @@ def draw_numbers(found: Posterior, count: int, rng: np.random.Generator) -> tupl
     setting = found.setting
     off = draw_amounts(found.linear, found.levels, count, rng)
     k = len(setting.unknowns)
-    bounds = np.array([found.model.bounds(name) for name in setting.names])
+    bounds = setting.bounds(found.model)
     values = np.clip(found.values + found.widened * off[:, :k] * setting.sigmas, bounds[:, 0], bounds[:, 1])
-    return values, found.sizes + off[:, k : k + len(found.sizes)]
+    return setting.in_units(values), found.sizes + off[:, k : k + len(found.sizes)]
 
 
 def _linear(setting: Setting, point: Point | Posterior, responses: Responses) -> LinearProblem:
@@ -357,7 +369,7 @@ def solve(setting: Setting, point: Point, responses: Responses, levels: NoiseLev
         value = 0.5 * (rest + float(step @ by_measurements @ step - 2.0 * pull @ step + prior @ prior))
         return value, np.asarray(by_measurements @ step - pull + prior / setting.sigmas)
 
-    bounds = np.array([point.model.bounds(name) for name in setting.names])
+    bounds = setting.bounds(point.model)
     start = np.clip(before, bounds[:, 0], bounds[:, 1])
     optimum = minimise(evaluate, start, bounds, curvature, objective_tolerance=_TOLERANCE)
     step = optimum.values - before

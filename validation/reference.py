@@ -183,11 +183,11 @@ class FlatModel:
         along = forward / np.linalg.norm(forward)
         across = np.array([-along[1], along[0], 0.0])
         moving, law = v + at.foot_velocity[side], self.friction
-        force = np.zeros(3)
-        for axis, mu in ((along, law.mu_t), (across, law.mu_n)):
-            slip = moving @ axis
-            force -= mu * load * slip / np.sqrt(slip**2 + law.eps**2) * axis
-        return force
+        v_t, v_n = moving @ along, moving @ across
+        onset = np.hypot(law.eps, law.slip * v_t)
+        force_t = -law.mu_t * load * v_t / np.hypot(v_t, law.eps)
+        force_n = -law.mu_n * load * v_n / np.hypot(v_n, onset)
+        return np.asarray(force_t * along + force_n * across)
 
     def drag(self, at: Any, v: Array) -> Array:
         """Do step 5: return the drag (3,) N on all segments together."""

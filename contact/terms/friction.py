@@ -16,9 +16,11 @@ _BOUNDS = "paper, 2.3: bounds and first guess of the optimisation"
 class AnisotropicFriction(FootTerm):
     """Coulomb friction with one coefficient along the ski and another across it.
 
-    Formula: f_t = −mu_t·ΣF_N·v_t/√(v_t² + ε²),   f_n = −mu_n·ΣF_N·v_n/√(v_n² + ε²)
+    Formula: f_t = −mu_t·ΣF_N·v_t/√(v_t² + ε²),   f_n = −mu_n·ΣF_N·v_n/√(v_n² + ε² + (τ·v_t)²)
 
-    Each direction has its own smoothed sign; ε is the speed over which it is smoothed.
+    Each direction has its own smoothed sign.  ε is the slip speed over which the sign turns over.  τ is the tangent of
+    the slip angle over which the resistance across the ski builds up: with τ alone this resistance depends on the
+    angle between ski and path, with ε alone on the speed across.  The paper smooths by speed (τ = 0).
     """
 
     name: ClassVar[str] = "friction"
@@ -32,10 +34,19 @@ class AnisotropicFriction(FootTerm):
         low=0.001,
         high=1.0,
         source="chosen: the paper gives no number",
-        meaning="speed the sign turns over",
+        meaning="slip speed over which the sign turns over",
+    )
+    slip: float = quantity(
+        0.0,
+        "1",
+        low=0.0,
+        high=0.5,
+        source="paper: the sign is smoothed by speed alone; tyres and sledges build side force up over an angle",
+        meaning="tangent of the slip angle over which the resistance across the ski builds up",
     )
 
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
         along = -self.mu_t * state.load * math.saturate(state.v_t, self.eps)
-        across = -self.mu_n * state.load * math.saturate(state.v_n, self.eps)
+        skewed = self.slip * state.v_t
+        across = -self.mu_n * state.load * math.saturate(state.v_n, math.sqrt(self.eps * self.eps + skewed * skewed))
         return along, across

@@ -158,7 +158,7 @@ def _parameters(search: SearchResult) -> dict[str, Estimate]:
     """Return values and standard errors of all fitted numbers."""
     if search.posterior is not None:
         sought = [(unknown.names, i) for i, unknown in enumerate(search.posterior.setting.unknowns)]
-        values, covariance = search.posterior.values, search.posterior.covariance
+        values, covariance = search.posterior.numbers, search.posterior.covariance_of_numbers
     else:
         sought = [(parameter.names, i) for i, parameter in enumerate(search.fit.parameters)]
         values, covariance = search.fit.values, search.fit.covariance

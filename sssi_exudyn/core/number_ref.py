@@ -58,6 +58,9 @@ MU_T: Final = NumberRef("friction.mu_t")
 MU_N: Final = NumberRef("friction.mu_n")
 FRICTION: Final = (MU_T, MU_N)
 """Friction along and across the skis."""
+EPS: Final = NumberRef("friction.eps")
+SLIP: Final = NumberRef("friction.slip")
+"""Slip speed, and tangent of the slip angle, over which friction builds up."""
 START_F: Final = NumberRef("start.f")
 START_L: Final = NumberRef("start.l")
 VELOCITY_F: Final = NumberRef("start.velocity_f")

@@ -59,6 +59,10 @@ class Uncertainty:
     snow_stiffness: float = quantity(
         0.3, "1", low=0.0, high=2.0, source="snow differs by more", meaning="share of the penetration's stiffness"
     )
+    friction_onset: float = quantity(
+        1.0, "1", low=0.0, high=3.0, source="chosen: the paper states none; a factor of 2.7 covers 0.03 to 0.3 m/s",
+        meaning="logarithm of the factor to which the onset of friction with slip is known",
+    )  # fmt: skip
     boot_cuff: float = quantity(
         0.03, "1", low=0.0, high=0.5, source="Nakazato et al. 2011", meaning="share of the load in the boots' cuffs"
     )

@@ -36,10 +36,9 @@ def uncertainty_figures(posterior: Posterior) -> UncertaintyFigures:
     withheld = why_unidentified(posterior) or None
     for name in snow_numbers if withheld is None else ():
         key = name.key
-        i = setting.names.index(name)
-        value, spread = float(posterior.values[i]), float(np.sqrt(posterior.covariance[i, i]))
         low, high = posterior.model.bounds(name)
-        intervals[key] = Interval(max(low, value - half * spread), min(high, value + half * spread))
+        _, at_least, at_most = posterior.interval(name, half)
+        intervals[key] = Interval(max(low, at_least), min(high, at_most))
         shares[key] = posterior.share(name)
     rms = {} if posterior.model.posture is None else posterior.model.posture.rms()
     usual = setting.seen.usual
