@@ -101,8 +101,7 @@ class Setting:
 
     def values(self, model: Model) -> Array:
         """(k,) θ of a model."""
-        numbers = np.array([model.value(name) for name in self.names])
-        return np.log(numbers, out=numbers, where=self.logarithmic)
+        return np.array([unknown.of(model) for unknown in self.unknowns])
 
     def in_units(self, values: Array) -> Array:
         """Return the model's numbers (…, k) where θ is ``values`` (…, k)."""
@@ -110,7 +109,7 @@ class Setting:
 
     def slopes(self, model: Model) -> Array:
         """Return the derivatives (k,) of the model's numbers by θ."""
-        return np.where(self.logarithmic, self.in_units(self.values(model)), 1.0)
+        return np.array([unknown.slope(model) for unknown in self.unknowns])
 
     def bounds(self, model: Model) -> Array:
         """Return the lower and upper bounds (k, 2) of θ."""
@@ -224,9 +223,7 @@ def responses_to_numbers(
     slopes = sensitivities(point.model, point.prepared, names, observed, changes)[1]
     counts = [*(len(unknown.names) for unknown in unknowns), *[1] * len(changes)]
     columns = np.asarray(np.add.reduceat(slopes, np.cumsum([0, *counts[:-1]]), axis=1))
-    for i, unknown in enumerate(unknowns):
-        if unknown.logarithmic:
-            columns[:, i] *= point.model.value(unknown.name)
+    columns[:, : len(unknowns)] *= [unknown.slope(point.model) for unknown in unknowns]
     return columns
 
 

@@ -15,10 +15,11 @@ from typing import Final, Protocol
 
 import numpy as np
 
+from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.frames import Array, level_to_enu, slope_to_level
 from sssi_exudyn.core.noise import Scale, tail_weight
 from sssi_exudyn.fitting.autocorrelated_noise import whiten
-from sssi_exudyn.fitting.balance import Balance
+from sssi_exudyn.fitting.balance import Balance, moment_by_slip_noise
 from sssi_exudyn.fitting.noise import BLOCKS_OF, HEIGHT_ORIGIN, NoiseLevels, usual_levels
 from sssi_exudyn.model.faults import gps_offset, insole_readings
 from sssi_exudyn.model.model import Model
@@ -298,6 +299,17 @@ class Observation:
         lasting = more.copy()
         lasting[self.blocks["height"]] = 1.0
         return replace(self, scale=Scale(self.scale.lasting * lasting, self.scale.total * more))
+
+    def with_slip_noise(self, model: Model, run: ReducedRun) -> Observation:
+        """Return the same with moments that count less where the feet's slip is not known well enough for them."""
+        windows = self.times["moment_f"]
+        if not len(windows) or is_carved(model.terms):
+            return self
+        more = np.ones(len(self.measured))
+        noise = averages(run.time, moment_by_slip_noise(model, run)[:, None], windows)[:, 0]
+        for block in ("moment_f", "moment_l"):
+            more[self.blocks[block]] = np.hypot(1.0, noise / self.usual.of(block).sigma)
+        return replace(self, scale=Scale(self.scale.lasting * more, self.scale.total * more))
 
     def whiten(self, levels: NoiseLevels, columns: Array) -> Array:
         """Return columns (N, c) in units of independent noise.  The origin of heights, known to ``HEIGHT_ORIGIN``, is

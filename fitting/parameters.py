@@ -12,10 +12,13 @@ from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.number_ref import (
     CLOCK_OFFSET,
+    DAMPING,
     EPS,
+    EXPONENTS,
     HEADING_OFFSET,
     MU_N,
     MU_T,
+    SHARPNESS,
     SLIP,
     START_F,
     START_L,
@@ -53,9 +56,9 @@ where a late clock or an antenna elsewhere would move it: a clock 0.139 s late c
 """
 USUAL_CUFF: Final = 0.06
 """Share of the load that a boot's cuff takes usually."""
-ONSET: Final = {EPS: 0.1, SLIP: 0.003}
-"""Numbers of how friction builds up between rest and full slip, with their medians beforehand (m/s, and 1) where the
-model states none.  Published friction of skis does not resolve them, so each is known to a factor only.
+ONSET: Final = {EPS: (0.1, 1.0), SLIP: (0.003, 1.0), SHARPNESS: (2.0, 0.4)}
+"""Numbers of how friction builds up between rest and full slip: medians beforehand (m/s, 1 and 1) where the model
+states none, and standard deviations of their logarithms.  Published friction of skis does not resolve them.
 """
 MASS: Final = "skier's mass"
 SURFACE: Final = "snow surface"
@@ -97,6 +100,15 @@ class Parameter:
         """The first of its names."""
         return self.names[0]
 
+    def of(self, model: Model) -> float:
+        """Return what is estimated of a model: its number, or the logarithm of that."""
+        value = model.value(self.name)
+        return math.log(value) if self.logarithmic else value
+
+    def slope(self, model: Model) -> float:
+        """Return the derivative of the model's number by what is estimated."""
+        return model.value(self.name) if self.logarithmic else 1.0
+
     @property
     def group(self) -> str:
         """Where its uncertainty is counted."""
@@ -121,7 +133,7 @@ def with_unknown_parts(model: Model, recording: Recording) -> Model:
     model = replace(model, sensors=(*model.sensors, *(part for part in parts if part.name not in known)))
     if is_carved(model.terms) or recording.uncertainty.friction_onset == 0.0:
         return model
-    return model.with_values({name: median for name, median in ONSET.items() if model.value(name) == 0.0})
+    return model.with_values({name: median for name, (median, _) in ONSET.items() if model.value(name) == 0.0})
 
 
 def drag_coefficient(model: Model) -> NumberRef:
@@ -165,19 +177,24 @@ def unknown_numbers(stated: Model, priors: Mapping[NumberRef, Prior], recording:
         for side in ("left", "right"):
             gain = NumberRef.of(InsoleGain.name, side)
             found[gain] = Prior(stated.value(gain), about.insole_gain)
-    numbers = [Parameter((name,), prior) for name, prior in found.items()]
-    numbers += [Parameter((name,), prior, logarithmic=True) for name, prior in onset_priors(stated, about).items()]
-    return tuple(number for number in numbers if number.prior.sigma > 0.0)
+    numbers = tuple(Parameter((name,), prior) for name, prior in found.items() if prior.sigma > 0.0)
+    return (*numbers, *law_unknowns(stated, about))
 
 
-def onset_priors(stated: Model, about: Uncertainty) -> dict[NumberRef, Prior]:
-    """Return priors of the logarithms of friction's onset, about what the model states; none where edges cut."""
+def law_unknowns(stated: Model, about: Uncertainty) -> tuple[Parameter, ...]:
+    """Return the numbers of friction's onset and of the snow's resistance to penetration that the paper leaves open,
+    each with its prior about what the model states; none where edges cut.
+    """
     if is_carved(stated.terms):
-        return {}
-    medians = {name: stated.value(name) or median for name, median in ONSET.items()}
-    return {name: Prior(math.log(median), about.friction_onset) for name, median in medians.items()}
-
-
+        return ()
+    factors = {name: about.friction_onset * sigma for name, (_, sigma) in ONSET.items()}
+    factors[DAMPING] = about.snow_damping if stated.value(DAMPING) > 0.0 else 0.0
+    unknowns = []
+    for name, sigma in factors.items():
+        median = stated.value(name) or ONSET[name][0]
+        unknowns.append(Parameter((name,), Prior(math.log(median), sigma), logarithmic=True))
+    unknowns += [Parameter((name,), Prior(stated.value(name), about.snow_exponents)) for name in EXPONENTS]
+    return tuple(unknown for unknown in unknowns if unknown.prior.sigma > 0.0)
 
 
 def posture_errors(

@@ -42,6 +42,7 @@ from sssi_exudyn.fitting.linearised_run import (
 from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.optimise import Optimum, minimise
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
 MEASUREMENTS: Final = "measurements"
 """Where the uncertainty by the instruments' noise is counted."""
@@ -174,8 +175,8 @@ def find_posterior(
     Raises SimulationDiverged when a simulation does.
     """
     point, responses = linearise_at(model, setting) if known is None else _linearise_known(model, setting, known)
-    seen = setting.seen
-    levels = seen.usual
+    seen = setting.seen.with_slip_noise(point.model, simulate_reduced(point.model, point.prepared))
+    setting, levels = replace(setting, seen=seen), seen.usual
     linearised, moved, kept = point.sizes, np.inf, True
     for rounds in range(1, ROUNDS + 1):
         if rounds > 1:

@@ -184,9 +184,9 @@ class FlatModel:
         across = np.array([-along[1], along[0], 0.0])
         moving, law = v + at.foot_velocity[side], self.friction
         v_t, v_n = moving @ along, moving @ across
-        onset = np.hypot(law.eps, law.slip * v_t)
+        onset, p = np.hypot(law.eps, law.slip * v_t), law.sharpness
         force_t = -law.mu_t * load * v_t / np.hypot(v_t, law.eps)
-        force_n = -law.mu_n * load * v_n / np.hypot(v_n, onset)
+        force_n = -law.mu_n * load * v_n / (abs(v_n) ** p + onset**p) ** (1.0 / p)
         return np.asarray(force_t * along + force_n * across)
 
     def drag(self, at: Any, v: Array) -> Array:

@@ -16,11 +16,12 @@ _BOUNDS = "paper, 2.3: bounds and first guess of the optimisation"
 class AnisotropicFriction(FootTerm):
     """Coulomb friction with one coefficient along the ski and another across it.
 
-    Formula: f_t = −mu_t·ΣF_N·v_t/√(v_t² + ε²),   f_n = −mu_n·ΣF_N·v_n/√(v_n² + ε² + (τ·v_t)²)
+    Formula: f_t = −mu_t·ΣF_N·v_t/√(v_t² + ε²),   f_n = −mu_n·ΣF_N·v_n/(|v_n|^p + w^p)^(1/p),   w² = ε² + (τ·v_t)²
 
     Each direction has its own smoothed sign.  ε is the slip speed over which the sign turns over.  τ is the tangent of
     the slip angle over which the resistance across the ski builds up: with τ alone this resistance depends on the
-    angle between ski and path, with ε alone on the speed across.  The paper smooths by speed (τ = 0).
+    angle between ski and path, with ε alone on the speed across.  p says how sharply it then becomes constant.  The
+    paper smooths by speed (τ = 0).
     """
 
     name: ClassVar[str] = "friction"
@@ -45,8 +46,18 @@ class AnisotropicFriction(FootTerm):
         meaning="tangent of the slip angle over which the resistance across the ski builds up",
     )
 
+    sharpness: float = quantity(
+        2.0,
+        "1",
+        low=1.0,
+        high=8.0,
+        source="chosen: the paper gives no number",
+        meaning="exponent of the passage from building up to full resistance across the ski",
+    )
+
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
         along = -self.mu_t * state.load * math.saturate(state.v_t, self.eps)
         skewed = self.slip * state.v_t
-        across = -self.mu_n * state.load * math.saturate(state.v_n, math.sqrt(self.eps * self.eps + skewed * skewed))
-        return along, across
+        slip = state.v_n / math.sqrt(self.eps * self.eps + skewed * skewed)
+        rounded = math.power(1.0 + math.power(math.absolute(slip), self.sharpness), 1.0 / self.sharpness)
+        return along, -self.mu_n * state.load * slip / rounded

@@ -60,7 +60,8 @@ FRICTION: Final = (MU_T, MU_N)
 """Friction along and across the skis."""
 EPS: Final = NumberRef("friction.eps")
 SLIP: Final = NumberRef("friction.slip")
-"""Slip speed, and tangent of the slip angle, over which friction builds up."""
+SHARPNESS: Final = NumberRef("friction.sharpness")
+"""Slip speed and tangent of the slip angle over which friction builds up, and how sharply it then becomes constant."""
 START_F: Final = NumberRef("start.f")
 START_L: Final = NumberRef("start.l")
 VELOCITY_F: Final = NumberRef("start.velocity_f")
@@ -68,4 +69,6 @@ VELOCITY_L: Final = NumberRef("start.velocity_l")
 HEADING_OFFSET: Final = NumberRef("start.heading_offset")
 CLOCK_OFFSET: Final = NumberRef("start.clock_offset")
 STIFFNESS: Final = NumberRef("penetration.k")
-"""The snow's."""
+DAMPING: Final = NumberRef("penetration.c")
+EXPONENTS: Final = (NumberRef("penetration.m1"), NumberRef("penetration.m3"))
+"""The snow's resistance to penetration."""

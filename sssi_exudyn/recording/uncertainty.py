@@ -59,9 +59,17 @@ class Uncertainty:
     snow_stiffness: float = quantity(
         0.3, "1", low=0.0, high=2.0, source="snow differs by more", meaning="share of the penetration's stiffness"
     )
+    snow_damping: float = quantity(
+        1.0, "1", low=0.0, high=2.0, source="chosen: the paper states none",
+        meaning="logarithm of the factor to which the penetration's damping is known; 0 holds it",
+    )  # fmt: skip
+    snow_exponents: float = quantity(
+        0.2, "1", low=0.0, high=1.0, source="chosen: from a linear spring to one that stiffens with depth squared",
+        meaning="exponents of the depth, of spring and damper; 0 holds them",
+    )  # fmt: skip
     friction_onset: float = quantity(
-        1.0, "1", low=0.0, high=3.0, source="chosen: the paper states none; a factor of 2.7 covers 0.03 to 0.3 m/s",
-        meaning="logarithm of the factor to which the onset of friction with slip is known",
+        1.0, "1", low=0.0, high=2.0, source="chosen: the paper states none; 0.03 to 0.3 m/s is likely",
+        meaning="logarithm of the factor to which the slip is known over which friction builds up; 0 holds it",
     )  # fmt: skip
     boot_cuff: float = quantity(
         0.03, "1", low=0.0, high=0.5, source="Nakazato et al. 2011", meaning="share of the load in the boots' cuffs"

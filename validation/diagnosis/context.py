@@ -20,6 +20,7 @@ from sssi_exudyn.fitting.parameters import (
     USUAL_CUFF,
     Parameter,
     drag_coefficient,
+    law_unknowns,
     posture_errors,
     started_anywhere,
 )
@@ -211,6 +212,9 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: 
         drag: about.drag * stated.value(drag),
     }
     moved = [0.0 if name in fitted else model.value(name) - stated.value(name) for name in numbers]
+    laws = [unknown for unknown in law_unknowns(stated, about) if model.value(unknown.name) > 0.0]
+    moved += [unknown.of(model) - unknown.prior.mean for unknown in laws]
+    numbers |= {unknown.name: unknown.prior.sigma for unknown in laws}
     waves = () if model.surface is None else model.surface.names
     every = problem.errors
     errors = PostureErrors(Parts(model, correct_posture(problem.motion, model.posture)), prepared, every)
@@ -218,6 +222,7 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: 
     problem.progress(None, f"{len(every)} possible errors of the posture, {len(waves)} of the snow surface")
     columns = sensitivities(model, prepared, [*numbers, *waves], measurements.predict, changes)[1]
     by_number, by_wave, by_error, by_mass = np.split(columns, np.cumsum([len(numbers), len(waves), len(every)]), axis=1)
+    by_number[:, len(numbers) - len(laws) :] *= [unknown.slope(model) for unknown in laws]
     antenna = probes_by(model, LeverArm(), ("forward", "left", "up"))
     gains = probes_by(model, InsoleGain(), ("left", "right"))
     by_instrument = responses_of([*antenna, *gains], prepared, measurements)
