@@ -193,7 +193,9 @@ def law_unknowns(stated: Model, about: Uncertainty) -> tuple[Parameter, ...]:
     for name, sigma in factors.items():
         median = stated.value(name) or ONSET[name][0]
         unknowns.append(Parameter((name,), Prior(math.log(median), sigma), logarithmic=True))
-    unknowns += [Parameter((name,), Prior(stated.value(name), about.snow_exponents)) for name in EXPONENTS]
+    for name in EXPONENTS:
+        exponent = stated.value(name)
+        unknowns.append(Parameter((name,), Prior(exponent, about.snow_exponents * exponent)))
     return tuple(unknown for unknown in unknowns if unknown.prior.sigma > 0.0)
 
 

@@ -24,6 +24,7 @@ _IN_FILE: Final = {
     "s": ("s", 1.0),
     "rad": ("deg", math.pi / 180.0),
     "1": ("share", 1.0),
+    "log": ("log", 1.0),
     "N m": ("Nm", 1.0),
     "N m/rad": ("Nm_per_deg", 180.0 / math.pi),
 }

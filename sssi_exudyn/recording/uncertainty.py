@@ -60,15 +60,15 @@ class Uncertainty:
         0.3, "1", low=0.0, high=2.0, source="snow differs by more", meaning="share of the penetration's stiffness"
     )
     snow_damping: float = quantity(
-        1.0, "1", low=0.0, high=2.0, source="chosen: the paper states none",
+        1.0, "log", low=0.0, high=2.0, source="chosen: the paper states none",
         meaning="logarithm of the factor to which the penetration's damping is known; 0 holds it",
     )  # fmt: skip
     snow_exponents: float = quantity(
-        0.2, "1", low=0.0, high=1.0, source="chosen: from a linear spring to one that stiffens with depth squared",
-        meaning="exponents of the depth, of spring and damper; 0 holds them",
+        0.13, "1", low=0.0, high=0.5, source="chosen: from a linear spring to one that stiffens with depth squared",
+        meaning="share of the exponents of the depth, of spring and damper; 0 holds them",
     )  # fmt: skip
     friction_onset: float = quantity(
-        1.0, "1", low=0.0, high=2.0, source="chosen: the paper states none; 0.03 to 0.3 m/s is likely",
+        1.0, "log", low=0.0, high=2.0, source="chosen: the paper states none; 0.03 to 0.3 m/s is likely",
         meaning="logarithm of the factor to which the slip is known over which friction builds up; 0 holds it",
     )  # fmt: skip
     boot_cuff: float = quantity(

@@ -69,6 +69,30 @@ def test_friction_of_a_gliding_ski_is_coulombs(v_t: float) -> None:
     assert across == 0.0
 
 
+@given(SPEEDS, SPEEDS)
+def test_friction_of_the_paper_is_smoothed_by_the_slip_speed(v_t: float, v_n: float) -> None:
+    law = AnisotropicFriction()
+    _, across = law.force(MATH, _foot(800.0, v_t, v_n))
+    # rounding of the powers
+    assert across == pytest.approx(-law.mu_n * 800.0 * v_n / library.hypot(v_n, law.eps), rel=1e-12, abs=1e-9)
+
+
+@given(st.floats(2.0, 30.0), st.floats(-0.3, 0.3), st.floats(1.0, 3.0))
+def test_friction_smoothed_by_the_slip_angle_depends_on_it_alone(v_t: float, angle: float, faster: float) -> None:
+    law = AnisotropicFriction(eps=0.001, slip=0.02)
+    one, other = (law.force(MATH, _foot(800.0, v, v * library.tan(angle)))[1] for v in (v_t, faster * v_t))
+    # ε changes the force by ε²/(2 (τ v)²) of it at most: (0.001/0.04)²/2
+    assert one == pytest.approx(other, rel=3.2e-4)
+
+
+def test_sharper_friction_reaches_its_coefficient_earlier() -> None:
+    forces = [
+        AnisotropicFriction(sharpness=sharpness).force(MATH, _foot(1.0, 10.0, 0.3))[1] for sharpness in (1.0, 2.0, 8.0)
+    ]
+    # by hand for a slip of three times ε: u/(1 + u^p)^(1/p)
+    assert forces == pytest.approx([-0.5 * 0.75, -0.5 * 3.0 / 10.0**0.5, -0.5 * 3.0 / 6562.0**0.125], rel=1e-12)
+
+
 @given(_any(AirDrag), VELOCITIES, VELOCITIES)
 def test_drag_depends_on_the_relative_wind_only(
     law: AirDrag, velocity: tuple[float, ...], wind: tuple[float, ...]

@@ -14,7 +14,7 @@ from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array, level_to_enu
 from sssi_exudyn.core.noise import ExponentialNoise, draw_noise
-from sssi_exudyn.core.number_ref import MU_N, MU_T, STIFFNESS, NumberRef
+from sssi_exudyn.core.number_ref import DAMPING, EPS, EXPONENTS, MU_N, MU_T, SLIP, STIFFNESS, NumberRef
 from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.observations import INTERVAL, Measurements, predict_fixes
 from sssi_exudyn.model.faults import insole_readings
@@ -33,6 +33,8 @@ _ELEMENTS: Final = 20
 """Number of beam elements of a ski: half the time of 50, for 3 mm of the track."""
 _MASS, _SLOPE, _DRAG, _SKI, _BOOT_CENTRE = 0.03, np.radians(0.5).item(), 0.15, 0.1, 0.01
 """Standard deviations: shares of mass, drag and the ski's stiffnesses, rad of the slope, m of the boot centre."""
+_ONSET, _DAMPING, _EXPONENT = 0.6, 0.5, 0.1
+"""Standard deviations: logarithms of friction's onset and of the snow's damping, and its exponents."""
 _WAVES: Final = 12
 _LENGTHS: Final = (8.0, 60.0)
 """m; lengths of the snow's waves."""
@@ -127,7 +129,18 @@ def other_day(rng: np.random.Generator, recording: Recording, motion: Motion, fi
         STIFFNESS: model.value(STIFFNESS) * float(np.exp(rng.normal(0.0, 0.15))),
         drag: model.value(drag) * (1.0 + float(rng.normal(0.0, _DRAG))),
     }
-    return model.with_values(numbers), motion
+    # a generator of its own: other draws of a case stay as they are
+    return model.with_values(numbers | _draw_snow(rng.spawn(1)[0], model)), motion
+
+
+def _draw_snow(rng: np.random.Generator, model: Model) -> dict[NumberRef, float]:
+    """Draw how friction builds up, by slip speed or by slip angle, and how the snow resists penetration."""
+    by_angle = bool(rng.integers(2))
+    onset = {EPS: 0.02, SLIP: 0.015} if by_angle else {EPS: 0.1}
+    factors = {name: value * float(np.exp(rng.normal(0.0, _ONSET))) for name, value in onset.items()}
+    factors[DAMPING] = model.value(DAMPING) * float(np.exp(rng.normal(0.0, _DAMPING)))
+    exponents = {name: model.value(name) + float(rng.normal(0.0, _EXPONENT)) for name in EXPONENTS}
+    return factors | exponents
 
 
 def draw_hill(rng: np.random.Generator, f: float, l: float, long: float) -> Surface:  # noqa: E741
