@@ -56,7 +56,7 @@ where a late clock or an antenna elsewhere would move it: a clock 0.139 s late c
 """
 USUAL_CUFF: Final = 0.06
 """Share of the load that a boot's cuff takes usually."""
-ONSET: Final = {EPS: (0.1, 1.0), SLIP: (0.003, 1.0), SHARPNESS: (2.0, 0.4)}
+ONSET: Final = {EPS: (0.1, 1.0), SLIP: (0.003, 1.0), SHARPNESS: (2.0, 0.2)}
 """Numbers of how friction builds up between rest and full slip: medians beforehand (m/s, 1 and 1) where the model
 states none, and standard deviations of their logarithms.  Published friction of skis does not resolve them.
 """
