@@ -116,7 +116,7 @@ class Setting:
         bounds = np.array([model.bounds(name) for name in self.names])
         lowest = np.where(self.logarithmic, _SMALLEST, -np.inf)
         bounds = np.maximum(bounds, lowest[:, None])
-        return np.log(bounds, out=bounds, where=self.logarithmic[:, None])
+        return np.asarray(np.log(bounds, out=bounds, where=self.logarithmic[:, None]))
 
     def groups(self) -> list[str]:
         """Return where the uncertainty of each of η is counted, (m,)."""

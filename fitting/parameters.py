@@ -111,7 +111,7 @@ class Parameter:
 
     @property
     def group(self) -> str:
-        """Where its uncertainty is counted."""
+        """Return where its uncertainty is counted."""
         special = {HEADING_OFFSET: "heading", CLOCK_OFFSET: "clock"} | dict.fromkeys(ONSET, "friction's onset")
         return special.get(self.name) or _GROUPS.get(self.name.owner, "what was found")
 
@@ -161,23 +161,23 @@ def unknown_numbers(stated: Model, priors: Mapping[NumberRef, Prior], recording:
     was ``stated``; ``priors`` are those of the fit to the track.
     """
     about = recording.uncertainty
-    found = {**snow_beforehand(stated), **started_anywhere(priors)}
+    beforehand = {**snow_beforehand(stated), **started_anywhere(priors)}
     shares = {STIFFNESS: about.snow_stiffness, drag_coefficient(stated): about.drag}
     if is_carved(stated.terms):
         del shares[STIFFNESS]
     for name, share in shares.items():
-        found[name] = Prior(stated.value(name), share * stated.value(name))
-    found[CLOCK_OFFSET] = Prior(stated.value(CLOCK_OFFSET), about.clock)
+        beforehand[name] = Prior(stated.value(name), share * stated.value(name))
+    beforehand[CLOCK_OFFSET] = Prior(stated.value(CLOCK_OFFSET), about.clock)
     for axis in ("forward", "left", "up"):
         name = NumberRef.of(LeverArm.name, axis)
-        found[name] = Prior(stated.value(name), about.antenna)
+        beforehand[name] = Prior(stated.value(name), about.antenna)
     if recording.insoles is not None:
         cuff = NumberRef.of(BootCuff.name, "share")
-        found[cuff] = Prior(stated.value(cuff), about.boot_cuff)
+        beforehand[cuff] = Prior(stated.value(cuff), about.boot_cuff)
         for side in ("left", "right"):
             gain = NumberRef.of(InsoleGain.name, side)
-            found[gain] = Prior(stated.value(gain), about.insole_gain)
-    numbers = tuple(Parameter((name,), prior) for name, prior in found.items() if prior.sigma > 0.0)
+            beforehand[gain] = Prior(stated.value(gain), about.insole_gain)
+    numbers = tuple(Parameter((name,), prior) for name, prior in beforehand.items() if prior.sigma > 0.0)
     return (*numbers, *law_unknowns(stated, about))
 
 
