@@ -209,7 +209,7 @@ def _ground(model: Model, gps: Gps, elevations: Elevations, heights: Heights, em
     """
     count = len(heights.time)
     to_enu = slope_to_enu(model.inclination, model.fall_line_azimuth).T
-    with open_elevations(elevations.path) as sample:
+    with open_elevations(elevations.path, elevations.crs) as sample:
 
         def over_ground(places: Array, height: Array) -> Array:
             """Return how far (n,) m, straight up, places (n, 2) at heights (n,) over the slope's plane are above the

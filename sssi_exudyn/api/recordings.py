@@ -88,20 +88,22 @@ def terrain(
     recording: RecordingFolder,
     elevations: Annotated[AnyPath, Option("--dem", metavar="FILE")] | None = None,
     picture: Picture | None = None,
+    crs: Annotated[str, Option("--dem-crs", metavar="EPSG:N")] | None = None,
 ) -> SurfaceFigures:
     """Estimate the snow surface under a run.
 
     Parameters
     ----------
     recording : the recording: a folder with recording.toml
-    elevations : elevation model of the slope (.tif or .asc)
+    elevations : elevation model of the slope (.tif, .asc or .hgt)
     picture : file to draw it into (.png, .svg or .pdf)
+    crs : coordinate system of an elevation model that states none, such as EPSG:31254
 
     Raises InputError for a recording without fixes, and for an elevation model that cannot be used.
     """
     from sssi_exudyn import commands
 
-    return commands.terrain(Path(recording), path_of(elevations), path_of(picture))
+    return commands.terrain(Path(recording), path_of(elevations), path_of(picture), crs)
 
 
 def import_files(

@@ -13,6 +13,7 @@ from sssi_exudyn.recording.inspection import Inspection, inspect_recording, pict
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Elevations, Recording
 from sssi_exudyn.runtime.progress import Progress
+from sssi_exudyn.terrain.elevation_model import epsg_of, usual_sigma
 
 if TYPE_CHECKING:
     from sssi_exudyn.motion.motion import Motion
@@ -39,15 +40,22 @@ def inspect(folder: Path, out: Path | None = None) -> Inspection:
     return inspect_recording(recording, surface_figures(*snow))
 
 
-def terrain(folder: Path, elevations: Path | None = None, out: Path | None = None) -> SurfaceFigures:
+def terrain(
+    folder: Path, elevations: Path | None = None, out: Path | None = None, crs: str | None = None
+) -> SurfaceFigures:
     """Estimate the snow surface under a recorded run, and draw it into the picture ``out`` if given.
 
-    It follows from the fixes' heights and from an elevation model, the recording's own or the file ``elevations``.
+    It follows from the fixes' heights and from an elevation model, the recording's own or the file ``elevations``
+    (in the coordinate system ``crs`` if it states none).
     Raises InputError for a recording without fixes, and for an elevation model that cannot be used.
     """
     recording = read_recording(folder)
+    stated = "" if crs is None else epsg_of(crs, "sssi terrain", "--dem-crs")
     if elevations is not None:
-        recording = replace(recording, elevations=Elevations(elevations, same_datum=False))
+        model = Elevations(elevations, same_datum=False, crs=stated, sigma=usual_sigma(elevations))
+        recording = replace(recording, elevations=model)
+    elif stated:
+        raise InputError("sssi terrain", "--dem-crs", "there is no elevation model", "give one with --dem")
     snow = _snow(recording)
     if snow is None:
         raise InputError(folder / FILE, "[gps]", "there are no fixes whose heights show the snow", "add them")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Annotated, TypedDict
 
@@ -35,6 +36,8 @@ class Answers:
     antenna_offset_m : the receiver from there.  The axes are that joint's: left, up, forward.
     gps_sigma_m : standard deviation of a horizontal fix, where the file does not have it
     gps_offset_s : from the capture's first frame to the first fix, where the files' clocks do not give it
+    dem : elevation model of the slope (.tif, .asc or .hgt)
+    dem_crs : coordinate system of an elevation model that states none, such as EPSG:31254
 
     Examples
     --------
@@ -58,6 +61,8 @@ class Answers:
     antenna_offset_m: tuple[float, float, float] | None = None
     gps_sigma_m: float | None = None
     gps_offset_s: float | None = None
+    dem: str | os.PathLike[str] | None = None
+    dem_crs: str | None = None
 
 
 class AnswerOptions(TypedDict, total=False):
@@ -79,6 +84,8 @@ class AnswerOptions(TypedDict, total=False):
     antenna_offset_m: Annotated[tuple[float, float, float], Option(metavar=("LEFT", "UP", "FORWARD"))] | None
     gps_sigma_m: float | None
     gps_offset_s: float | None
+    dem: Annotated[str | os.PathLike[str], Option(metavar="FILE")] | None
+    dem_crs: Annotated[str, Option(metavar="EPSG:N")] | None
 
 
 AnswerOptions.__doc__ = Answers.__doc__  # each option's help is that of its answer

@@ -47,6 +47,7 @@ from sssi_exudyn.recording.instruments.insoles import is_insoles, read_insoles
 from sssi_exudyn.recording.instruments.poles import read_poles
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Recording
+from sssi_exudyn.terrain.elevation_model import SUFFIXES, copy_elevations, epsg_of
 
 MOTION, GPS, INSOLES, POLES, SENSORS = "motion.bvh", "gps.csv", "insoles.csv", "poles.csv", "sensors"
 _EQUIPMENT: Final = ("skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m", "boot_centre_m")
@@ -143,10 +144,10 @@ def import_material(material: Material, out: Path, answers: Answers) -> Recordin
         made.mkdir()
         try:
             _write(made, material, answers)
-            recording = _read_back(made, material.sources)
-            for name in (MOTION, SENSORS, GPS, INSOLES, POLES, FILE):  # the file that makes it a recording comes last
-                if (made / name).exists():
-                    (made / name).replace(out / name)
+            recording = _read_back(made, material.sources, answers)
+            names = sorted(path.name for path in made.iterdir() if path.name != FILE)
+            for name in (*names, FILE):  # the file that makes it a recording comes last
+                (made / name).replace(out / name)
         finally:
             shutil.rmtree(made, ignore_errors=True)
     return replace(recording, folder=out)
@@ -252,6 +253,7 @@ def _write(made: Path, material: Material, answers: Answers) -> None:
         settings["gps"] = _gps_table(material, sources.gps, fixes, answers)
         (made / GPS).write_text(_csv(fixes.columns), encoding="utf-8")
     settings |= _write_forces(made, material, answers.mass_kg or 0.0)
+    settings |= _copy_terrain(made, material, answers)
     (made / FILE).write_text(tomli_w.dumps(settings), encoding="utf-8")
 
 
@@ -280,6 +282,19 @@ def _write_forces(made: Path, material: Material, mass: float) -> dict[str, Any]
         tables["poles"] = {"file": POLES}
         (made / POLES).write_bytes(read_bytes(sources.poles))
     return tables
+
+
+def _copy_terrain(made: Path, material: Material, answers: Answers) -> dict[str, Any]:
+    """Copy the elevation model; return ``[terrain]``, with the difference between its zero and the fixes' unknown."""
+    crs = None if answers.dem_crs is None else epsg_of(answers.dem_crs, "sssi import", option_of("dem_crs"))
+    if answers.dem is None:
+        if crs is not None:
+            raise InputError("sssi import", option_of("dem_crs"), "there is no elevation model", "give one with --dem")
+        return {}
+    if material.fixes is None:
+        raise InputError(answers.dem, "", "there are no fixes that say where the run is on it", "add a file of fixes")
+    copy = copy_elevations(Path(answers.dem), made)
+    return {"terrain": _without_none({"file": copy.name, "datum": "other", "crs": crs})}
 
 
 def _read_as(read: Callable[[Path], object], made: Path, given: Path) -> None:
@@ -394,13 +409,13 @@ def _csv(columns: dict[str, Array]) -> str:
     return "\n".join([",".join(names), *(row % tuple(line) for line in values.tolist())]) + "\n"
 
 
-def _read_back(made: Path, sources: Sources) -> Recording:
+def _read_back(made: Path, sources: Sources, answers: Answers) -> Recording:
     """Read the recording like any other; an error names the file that the user gave."""
     try:
         return read_recording(made)
     except InputError as error:
         name = Path(error.file).name
-        source = sources.of(name)
+        source = answers.dem if Path(name).suffix in SUFFIXES else sources.of(name)
         if source is not None:
             raise InputError(source, error.place, error.problem, error.fix) from None
         raise InputError("sssi import", error.place, error.problem, f"{error.fix} (by its option)") from None

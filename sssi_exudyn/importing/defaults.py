@@ -55,7 +55,7 @@ UNCERTAIN: Final = {"mass_kg": {"mass_kg": 12.0}, "antenna_offset_m": {"antenna_
 
 
 def read_defaults(path: Path) -> Answers:
-    """Read the answers of a TOML file, by the names of ``Answers``.
+    """Read the answers of a TOML file, by the names of ``Answers``; a relative path counts from the file's folder.
 
     Raises InputError for unknown names and for values of another kind.
     """
@@ -68,7 +68,7 @@ def read_defaults(path: Path) -> Answers:
         if kinds[name].startswith("str"):
             if not isinstance(value, str):
                 raise InputError(path, name, f"{value!r} is not a text", f'write {name} = "…"')
-            answers[name] = value
+            answers[name] = path.parent / value if name == "dem" else value
         elif kinds[name].startswith("float"):
             if not number:
                 raise InputError(path, name, f"{value!r} is not a number", "give it without quotes")

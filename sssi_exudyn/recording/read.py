@@ -51,7 +51,7 @@ from sssi_exudyn.recording.recording import (
 from sssi_exudyn.recording.sensor_tables import read_sensors
 from sssi_exudyn.recording.slope_and_heading import CAPTURE_HEADING_SIGMA, SlopeAndHeading, estimate_slope_and_heading
 from sssi_exudyn.recording.uncertainty import Uncertainty
-from sssi_exudyn.terrain.elevation_model import LARGEST
+from sssi_exudyn.terrain.elevation_model import LARGEST, epsg_of, usual_sigma
 
 _TABLES: Final = (
     *("format", "name", "note", "notes", "assumed", "skier", "equipment", "slope", "terrain", "uncertainty"),
@@ -348,7 +348,7 @@ def _read_elevations(
     if "terrain" not in settings:
         return None
     table = table_of(settings, "terrain", toml)
-    check_keys(table, _keys(Elevations, "file", "datum", "runs"), toml, "[terrain]")
+    check_keys(table, _keys(Elevations, "file", "datum", "crs", "runs"), toml, "[terrain]")
     if gps is None:
         raise InputError(toml, "[terrain]", "there are no fixes that say where the run is on it", "add [gps]")
     if set(table) == {"runs"}:
@@ -358,13 +358,14 @@ def _read_elevations(
         raise InputError(toml, "[terrain] datum", f"{datum!r} is not known", f"write one of: {', '.join(_DATUMS)}")
     name = text_of(table, "file", toml, "[terrain]")
     hashes[name] = sha256(inside(folder, name, toml, "[terrain] file", LARGEST), LARGEST)
+    crs = epsg_of(text_of(table, "crs", toml, "[terrain]"), toml, "[terrain] crs") if "crs" in table else ""
     numbers = numbers_of(Elevations, table, toml, "[terrain]", optional=("sigma", "geoid_height"))
     if "geoid_height" in numbers and datum != "geoid":
         raise InputError(
             toml, "[terrain] geoid_height_m", f'does not go with datum = "{datum}"', 'write datum = "geoid"'
         )
     same = datum in ("gps", "ellipsoid") or "geoid_height" in numbers
-    return Elevations(folder / name, same, **numbers)
+    return Elevations(folder / name, same, crs, **({"sigma": usual_sigma(folder / name)} | numbers))
 
 
 def _with_runs(recording: Recording, settings: Settings) -> Recording:

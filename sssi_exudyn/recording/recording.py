@@ -105,12 +105,14 @@ class Slope:
 class Elevations:
     """An elevation model of the slope.
 
-    path : path of the GeoTIFF or ESRI ASCII grid
+    path : path of the GeoTIFF, ESRI ASCII grid or SRTM tile
     same_datum : whether its heights, with the geoid's added, have the receiver's zero
+    crs : coordinate system that is stated besides, such as EPSG:31254; "" for the file's own
     """
 
     path: Path
     same_datum: bool
+    crs: str = ""
     sigma: float = quantity(
         1.0, "m", low=0.01, high=10.0, source="snow of 0 to 3 m", meaning="smooth deviation of the snow from it"
     )

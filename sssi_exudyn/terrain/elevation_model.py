@@ -1,14 +1,16 @@
-"""Heights of the ground from an elevation model: a GeoTIFF or an ESRI ASCII grid in any projection.
+"""Heights of the ground from an elevation model: a GeoTIFF or an ESRI ASCII grid in any projection, or an SRTM tile.
 
-Only the cells around the requested places are read, whatever the file's size.  GDAL and PROJ read them in a process of
-its own (``elevation_reader``), where they know no other format, no network and no file but the model and an ``.asc``'s
-``.prj``: next to a model they would open whatever has its name (``.msk``, ``.ovr``, ``.aux.xml``), and what that names.
+Only the cells around the requested places are used, whatever the file's size.  Tiles are read here.  GDAL and PROJ read
+the other files in a process of its own (``elevation_reader``), where they know no other format, no network and no file
+but the model and an ``.asc``'s ``.prj``: next to a model they would open whatever has its name (``.msk``, ``.ovr``,
+``.aux.xml``), and what that names.
 """
 
 from __future__ import annotations
 
 import io
 import os
+import re
 import shutil
 import stat
 import tempfile
@@ -22,15 +24,22 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.io.files import inside, read_bytes
+from sssi_exudyn.core.text import one_line
+from sssi_exudyn.io.files import inside, open_regular, read_bytes
 from sssi_exudyn.runtime.confined import Confined, confined
 from sssi_exudyn.runtime.optional import library
 from sssi_exudyn.terrain.elevation_reader import DRIVERS, check_coordinate_system
+from sssi_exudyn.terrain.srtm_tile import SIGMA, SUFFIX, SYSTEM, read_tile, tile_name
 
+SUFFIXES: Final = (*DRIVERS, SUFFIX)
+"""Suffixes of the readable formats."""
 LARGEST: Final = 1_000_000_000
 """Maximum size of a file that is opened, bytes."""
 _LARGEST_PRJ: Final = 100_000
 """Maximum size of the file of a coordinate system, bytes; they have a thousand."""
+_EPSG: Final = re.compile(r"EPSG:[0-9]{1,6}")
+_SHOWN: Final = 40
+"""Characters of a wrong coordinate system that its error shows."""
 _PROJECTIONS: Final = (".prj", ".PRJ")
 _ENVIRONMENT: Final = {
     "GDAL_DRIVER_PATH": "disable",
@@ -50,16 +59,63 @@ is the number of first places that must be covered; the others take the nearest 
 
 
 @contextmanager
-def open_elevations(path: Path) -> Iterator[Sample]:
+def open_elevations(path: Path, crs: str = "") -> Iterator[Sample]:
     """Open a file for heights at places.
 
-    Raises InputError, with file, place and fix, for a file of another format, too large, without coordinate system or
-    in feet.  Raises it too for a file that does not cover the places or has a hole there.
+    Parameters
+    ----------
+    crs : coordinate system that the user states, as ``epsg_of`` returns it, for a file without one; "" for none
+
+    Raises InputError, with file, place and fix, for a file of another format, too large, without coordinate system, in
+    another than ``crs``, or in feet.  Raises it too for a file that does not cover the places or has a hole there.
     """
+    suffix = _checked_suffix(path)
+    if suffix == SUFFIX:
+        if crs not in ("", SYSTEM):
+            raise InputError(path, "", f"an SRTM tile is in {SYSTEM}, not in {crs}", "leave the coordinate system out")
+        yield read_tile(path).sample
+        return
     rasterio = library("rasterio", path)
+    with rasterio.Env() as gdal:
+        others = set(gdal.drivers()) - set(DRIVERS.values())
+    environment = _ENVIRONMENT | {"GDAL_SKIP": ",".join(sorted(others))}
+    with tempfile.TemporaryDirectory(prefix="sssi_exudyn_") as private:
+        file = _isolate(path, Path(private) / f"elevations{suffix}")
+        with confined("sssi_exudyn.terrain.elevation_reader", file, environment) as process:
+            yield partial(_sample, process, path, crs)
+
+
+def epsg_of(text: str, file: Path | str, place: str) -> str:
+    """Return a stated coordinate system, such as EPSG:31254.  Raises InputError for any other text."""
+    if _EPSG.fullmatch(text.strip().upper()) is None:
+        shown = one_line(text, _SHOWN)
+        raise InputError(file, place, f"{shown!r} is no coordinate system", "write its EPSG number, such as EPSG:31254")
+    return text.strip().upper()
+
+
+def usual_sigma(path: Path) -> float:
+    """Return the standard deviation (m) by which snow leaves a model smoothly, where none is stated."""
+    return SIGMA if path.suffix.lower() == SUFFIX else 1.0
+
+
+def copy_elevations(path: Path, folder: Path) -> Path:
+    """Copy a model, with the ``.prj`` of an ``.asc``, into a folder; return the copy.
+
+    A tile keeps its name, which says where it is.  Raises InputError for a file that ``open_elevations`` does not read.
+    """
+    suffix = _checked_suffix(path)
+    copy = folder / (tile_name(path) if suffix == SUFFIX else f"elevations{suffix}")
+    with open_regular(path) as given, copy.open("xb") as made:
+        shutil.copyfileobj(given, made)
+    _copy_projection(path, copy)
+    return copy
+
+
+def _checked_suffix(path: Path) -> str:
+    """Return a model's suffix in small letters.  Raises InputError for another suffix, no file, or too large a file."""
     suffix = path.suffix.lower()
-    if suffix not in DRIVERS:
-        raise InputError(path, "", f"no reader for {path.suffix!r}", f"use one of: {', '.join(DRIVERS)}")
+    if suffix not in SUFFIXES:
+        raise InputError(path, "", f"no reader for {path.suffix!r}", f"use one of: {', '.join(SUFFIXES)}")
     try:
         about = path.stat()
     except OSError as error:
@@ -68,13 +124,7 @@ def open_elevations(path: Path) -> Iterator[Sample]:
         raise InputError(path, "", "this is not a file", "give an elevation model")
     if about.st_size > LARGEST:
         raise InputError(path, "", f"larger than {LARGEST / 1e9:.0f} GB", "cut it to the slope (gdalwarp -te)")
-    with rasterio.Env() as gdal:
-        others = set(gdal.drivers()) - set(DRIVERS.values())
-    environment = _ENVIRONMENT | {"GDAL_SKIP": ",".join(sorted(others))}
-    with tempfile.TemporaryDirectory(prefix="sssi_exudyn_") as private:
-        file = _isolate(path, Path(private) / f"elevations{suffix}")
-        with confined("sssi_exudyn.terrain.elevation_reader", file, environment) as process:
-            yield partial(_sample, process, path)
+    return suffix
 
 
 def _isolate(path: Path, alone: Path) -> Path:
@@ -83,19 +133,24 @@ def _isolate(path: Path, alone: Path) -> Path:
         alone.symlink_to(path.resolve())
     except OSError:  # Windows allows links to administrators only
         shutil.copyfile(path, alone)
-    projections = [path.with_suffix(suffix) for suffix in _PROJECTIONS if os.path.lexists(path.with_suffix(suffix))]
-    if alone.suffix == ".asc" and projections:
-        inside(path.parent, projections[0].name, path, "", _LARGEST_PRJ)
-        text = read_bytes(projections[0], _LARGEST_PRJ)
-        check_coordinate_system(projections[0], "", text.decode("latin-1"))
-        alone.with_suffix(".prj").write_bytes(text)
+    _copy_projection(path, alone)
     return alone
 
 
-def _sample(process: Confined, path: Path, latitude: Array, longitude: Array, needed: int) -> Array:
+def _copy_projection(path: Path, copy: Path) -> None:
+    """Put the ``.prj`` of an ``.asc`` next to its copy.  Raises InputError for one that is not to be read."""
+    projections = [path.with_suffix(suffix) for suffix in _PROJECTIONS if os.path.lexists(path.with_suffix(suffix))]
+    if copy.suffix == ".asc" and projections:
+        inside(path.parent, projections[0].name, path, "", _LARGEST_PRJ)
+        text = read_bytes(projections[0], _LARGEST_PRJ)
+        check_coordinate_system(projections[0], "", text.decode("latin-1"))
+        copy.with_suffix(".prj").write_bytes(text)
+
+
+def _sample(process: Confined, path: Path, crs: str, latitude: Array, longitude: Array, needed: int) -> Array:
     """Return heights (n,) m, as ``Sample`` has it."""
     request = io.BytesIO()
-    np.savez(request, places=np.stack([latitude, longitude]), needed=needed)
+    np.savez(request, places=np.stack([latitude, longitude]), needed=needed, crs=crs)
     try:
         with np.load(io.BytesIO(process.ask(request.getvalue())), allow_pickle=False) as answer:
             if "refused" in answer:

@@ -45,6 +45,7 @@ NAMED_OTHERWISE = {
     "terms": "--term",  # one flag a term
     "parameters": "--parameter",  # one flag a number
     "elevations": "--dem",
+    "crs": "--dem-crs",
     "picture": "--out",  # every file or folder that a command writes
     "page": "--out",
 }

@@ -40,7 +40,7 @@ class ElevationUnit:
             return ()
         inside = inside[:: 1 + len(inside) // _MOST]
         latitude, longitude, altitude = pymap3d.enu2geodetic(*gps.enu[inside].T, *gps.origin)
-        with open_elevations(elevations.path) as sample:
+        with open_elevations(elevations.path, elevations.crs) as sample:
             ground = sample(np.asarray(latitude), np.asarray(longitude), len(inside))
         ratio, sigma = _fall(ground, np.asarray(altitude), gps.vertical * float(np.median(gps.sigma)))
         if abs(ratio - 1.0) < _SIGMAS * sigma:

@@ -48,8 +48,8 @@ def places(east: Array, north: Array) -> tuple[Array, Array]:
     return np.asarray(latitude), np.asarray(longitude)
 
 
-def sample_elevations(path: Path, latitude: Array, longitude: Array, needed: int) -> Array:
-    with open_elevations(path) as sample:
+def sample_elevations(path: Path, latitude: Array, longitude: Array, needed: int, crs: str = "") -> Array:
+    with open_elevations(path, crs) as sample:
         return sample(latitude, longitude, needed)
 
 
@@ -58,6 +58,6 @@ def track() -> tuple[Array, Array]:
     return 20.0 + 60.0 * s, -20.0 - 100.0 * s
 
 
-def sample_track(path: Path) -> Array:
+def sample_track(path: Path, crs: str = "") -> Array:
     """Return the heights along the track."""
-    return sample_elevations(path, *places(*track()), 40)
+    return sample_elevations(path, *places(*track()), 40, crs)
