@@ -291,9 +291,10 @@ def _copy_terrain(made: Path, material: Material, answers: Answers) -> dict[str,
         if crs is not None:
             raise InputError("sssi import", option_of("dem_crs"), "there is no elevation model", "give one with --dem")
         return {}
+    path = Path(answers.dem)
     if material.fixes is None:
-        raise InputError(answers.dem, "", "there are no fixes that say where the run is on it", "add a file of fixes")
-    copy = copy_elevations(Path(answers.dem), made)
+        raise InputError(path, "", "there are no fixes that say where the run is on it", "add a file of fixes")
+    copy = copy_elevations(path, made)
     return {"terrain": _without_none({"file": copy.name, "datum": "other", "crs": crs})}
 
 
@@ -415,7 +416,9 @@ def _read_back(made: Path, sources: Sources, answers: Answers) -> Recording:
         return read_recording(made)
     except InputError as error:
         name = Path(error.file).name
-        source = answers.dem if Path(name).suffix in SUFFIXES else sources.of(name)
+        source = sources.of(name)
+        if answers.dem is not None and Path(name).suffix in SUFFIXES:
+            source = Path(answers.dem)
         if source is not None:
             raise InputError(source, error.place, error.problem, error.fix) from None
         raise InputError("sssi import", error.place, error.problem, f"{error.fix} (by its option)") from None

@@ -2,7 +2,7 @@
 
 A tile has no header: 1201 or 3601 rows from north to south, each of as many heights from west to east, whole metres
 over the geoid (EGM96) as big-endian int16, with the first and last ones on the degrees (WGS84).
-Source: NASA, *SRTM Topography* (SRTM_Topo), section 2.
+Source: NASA, *SRTM Topography* (SRTM_Topo.pdf).
 """
 
 from __future__ import annotations
