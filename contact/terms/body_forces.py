@@ -35,7 +35,9 @@ class PolePlant(BodyTerm):
     forward: float = quantity(
         0.0, "N*s", low=-200.0, high=200.0, source="chosen", meaning="impulse along the path; below 0 it brakes"
     )
-    up: float = quantity(0.0, "N*s", low=-200.0, high=200.0, source="chosen", meaning="impulse away from the snow")
+    up: float = quantity(
+        0.0, "N*s", low=0.0, high=200.0, source="a pole pushes and cannot pull", meaning="impulse away from the snow"
+    )
     t: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when")
     width: float = quantity(0.08, "s", low=0.02, high=1.0, source="chosen", meaning="standard width in time")
     side: float = quantity(0.0, "1", low=-1.0, high=1.0, source="chosen", meaning=_SIDE)

@@ -11,6 +11,7 @@ import pytest
 from bundled import bundled
 from hypothesis_contract import check_on_run, check_statements
 
+from sssi_exudyn.contact.terms.body_forces import PolePlant
 from sssi_exudyn.contact.terms.wind import Gust, Wind
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.first_fit import problem_of
@@ -28,9 +29,11 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import (
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     FittedRun,
     Hypothesis,
+    Number,
     Numbers,
     Probe,
     SteadyLaw,
+    add_part,
     probes_by,
     responses_of,
 )
@@ -208,6 +211,25 @@ def test_a_statement_that_is_missing_is_noticed(wrong: type[Draught]) -> None:
 def test_a_hypothesis_that_does_not_fit_the_run_is_noticed(wrong: type[Draught], fitted: FittedRun) -> None:
     with pytest.raises(AssertionError):
         check_on_run(wrong(), fitted)
+
+
+def test_the_words_for_other_snow_follow_the_number_that_differs() -> None:
+    model = model_of(*bundled("beginner")).with_values({"friction.mu_t": 0.06, "friction.mu_n": 0.65})
+    same, slower = Number(0.001, -0.003, 0.005, "1"), Number(0.04, 0.03, 0.05, "1")
+    softer = Number(-0.25, -0.30, -0.20, "1")
+    patch = BY_NAME["snow_patch"]
+    along, across = {"delta_mu_t": slower, "delta_mu_n": same}, {"delta_mu_t": same, "delta_mu_n": softer}
+    assert patch.sentence(along, model) == "the skis glide on slower snow: μ_t is 0.100 there against 0.060 elsewhere"
+    assert patch.plain_words(along, model) == "the snow is slower there: as if the slope were 2.3° flatter"
+    assert patch.sentence(across, model) == "the skis hold less across: μ_n is 0.40 there against 0.65"
+    assert patch.plain_words(across, model) == "the snow holds less across the skis there, and glides as elsewhere"
+    both = patch.sentence({"delta_mu_t": slower, "delta_mu_n": softer}, model)
+    assert both.endswith("against 0.060 elsewhere, and hold less across: μ_n is 0.40 there against 0.65")
+
+
+def test_a_pole_does_not_pull() -> None:
+    low, _ = add_part(model_of(*bundled("beginner")), PolePlant()).bounds("pole_plant.up")
+    assert low == 0.0
 
 
 def test_no_hypothesis_without_a_sentence() -> None:

@@ -97,6 +97,8 @@ def _when(where: Where | None) -> str:
 def _gain(figures: Sequence[Figures]) -> list[str]:
     """Say what a model with all findings does on turns that it was not fitted to."""
     before, after = figures[0].held_out_error, figures[-1].held_out_error
+    if f"{after:.2f}" == f"{before:.2f}":
+        return [f"Turns that were left out of the fit are predicted to {after:.2f} m with and without it"]
     means = "that speaks for it" if after < before else "that speaks against it"
     return [
         f"Turns that were left out of the fit are then predicted to {after:.2f} m instead of {before:.2f} m: {means}"

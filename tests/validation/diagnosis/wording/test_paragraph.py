@@ -67,6 +67,7 @@ def test_what_was_found_has_its_turns_time_size_and_probability(model: Model) ->
     assert text.endswith("Next: ski the slope once more; a gust of wind would be gone.")
     assert "for more than 99% probable" in paragraph(model, "explained", gust(0.9999))
     assert "that speaks against it" in paragraph(model, "explained", gust(0.97), after=0.5)
+    assert "are predicted to 0.40 m with and without it" in paragraph(model, "explained", gust(0.97), after=0.404)
 
 
 def test_an_ambiguous_finding_is_not_to_be_relied_on(model: Model) -> None:

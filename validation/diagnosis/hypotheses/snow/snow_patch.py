@@ -85,16 +85,37 @@ class PatchOfSnow(Hypothesis):
         return ({number: model.value(NumberRef.of(owner, f"delta_{number.key}")) for number in FRICTION},)
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
-        delta, elsewhere = numbers["delta_mu_t"].value, model.friction.mu_t
-        clause = (
-            f"the skis glide on {by_sign(delta, 'slower', 'faster')} snow: μ_t is {elsewhere + delta:.3f} there "
-            f"against {elsewhere:.3f} elsewhere"
-        )
-        across = numbers.get("delta_mu_n")
-        if across is None or across.low * across.high <= 0.0:
-            return clause
-        return f"{clause}, and μ_n {model.friction.mu_n + across.value:.2f} against {model.friction.mu_n:.2f}"
+        glide, hold = _glide(numbers, model), _hold(numbers, model)
+        if not _differs(numbers, "delta_mu_n"):
+            return f"the skis {glide}"
+        return f"the skis {glide}, and {hold}" if _differs(numbers, "delta_mu_t") else f"the skis {hold}"
 
     def plain_words(self, numbers: Numbers, model: Model) -> str:
         delta = numbers["delta_mu_t"].value
+        if _differs(numbers, "delta_mu_n") and not _differs(numbers, "delta_mu_t"):
+            more = by_sign(numbers["delta_mu_n"].value, "more", "less")
+            return f"the snow holds {more} across the skis there, and glides as elsewhere"
         return f"the snow is {by_sign(delta, 'slower', 'faster')} there: {as_slope(delta)}"
+
+
+def _differs(numbers: Numbers, key: str) -> bool:
+    """Return whether the interval of a number leaves out that the snow is as elsewhere."""
+    number = numbers.get(key)
+    return number is not None and number.low * number.high > 0.0
+
+
+def _glide(numbers: Numbers, model: Model) -> str:
+    delta, elsewhere = numbers["delta_mu_t"].value, model.friction.mu_t
+    return (
+        f"glide on {by_sign(delta, 'slower', 'faster')} snow: μ_t is {elsewhere + delta:.3f} there "
+        f"against {elsewhere:.3f} elsewhere"
+    )
+
+
+def _hold(numbers: Numbers, model: Model) -> str:
+    """Return the words for the resistance across the skis; none where it was not estimated."""
+    across = numbers.get("delta_mu_n")
+    if across is None:
+        return ""
+    there, elsewhere = model.friction.mu_n + across.value, model.friction.mu_n
+    return f"hold {by_sign(across.value, 'more', 'less')} across: μ_n is {there:.2f} there against {elsewhere:.2f}"
