@@ -37,9 +37,9 @@ from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun
 _GRID: Final = 0.02
 """s between the instants at which the body's own moment is found."""
 
-SLIP_NOISE: Final = 0.03
+SLIP_NOISE: Final = 0.05
 """m/s; noise of a foot's captured slip that changes within a second, faster than errors of the posture are estimated:
-0.1° of yaw at 11 m/s and 2 mm of place at 2 Hz, as joints of suits show that do not move (0.1° beyond 0.7 Hz).
+0.25° of yaw at 11 m/s, as 0.2° in the joints of a leg add up to.
 """
 
 

@@ -37,8 +37,9 @@ def test_friction_of_another_world_is_found_within_its_standard_error(name: str,
     spread = np.sqrt(np.diag(estimated.posterior.covariance)[:2])
     # beyond 2.6 standard deviations lies one of four numbers in one of 25 worlds
     assert np.all(np.abs(estimated.posterior.values[:2] - true) < 2.6 * spread)
-    # 0.01 of μ_t is what half a degree of slope does: less than that is asked of a standard error
-    assert np.all(spread < 0.01)
+    # 0.01 of μ_t is what half a degree of slope does: less than that is asked of a standard error.  How friction builds
+    # up is as unknown as μ_n in so few seconds, and doubles its standard error.
+    assert np.all(spread < [0.01, 0.02])
     # noise of 2 cm in both directions leaves 2 √(π/2) = 2.5 cm, the mean of 50 fixes up to 1 cm more
     assert np.mean(np.linalg.norm(estimated.fitted.residual, axis=1)) < 0.035
     moments = estimated.posterior.setting.seen.moments
