@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import csv
 import difflib
-from collections.abc import Iterable
-from typing import Final
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import fields
+from typing import Any, Final
 
 LONGEST: Final = 200
 """Maximum number of characters of a name that is shown."""
@@ -52,3 +55,15 @@ def _clean(letter: str) -> str:
     if letter.isprintable() or letter in _JOINERS:
         return letter
     return " " if letter.isspace() else letter.encode("unicode_escape").decode("ascii")
+
+
+def csv_of(rows: Sequence[object], kind: type[Any]) -> str:
+    """Return the CSV of rows that are dataclasses of that kind: its fields as header, ``csv_cell`` of each value."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    names = [entry.name for entry in fields(kind)]
+    writer.writerow(names)
+    for row in rows:
+        values = vars(row)
+        writer.writerow(["" if values[name] is None else csv_cell(values[name]) for name in names])
+    return text.getvalue()

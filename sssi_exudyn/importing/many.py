@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Final
@@ -13,7 +11,7 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.core.new_files import check_no_link
-from sssi_exudyn.core.text import csv_cell
+from sssi_exudyn.core.text import csv_of
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.app_exports import app_files
 from sssi_exudyn.importing.assemble import import_recording
@@ -77,7 +75,7 @@ def import_many(folder: Path, out: Path, answers: Answers, stage: Stage | None =
         rows = []
         for count, (name, files) in enumerate(runs.items(), 1):
             rows.append(_import_one(name, files, out / name, answers))
-            write_atomically(out / TABLE, _csv(rows))
+            write_atomically(out / TABLE, csv_of(rows, ImportedRun))
             if stage is not None:
                 stage.advance(count / len(runs), f"{count} of {len(runs)} runs, {_failed(rows)} failed")
     return rows
@@ -163,14 +161,3 @@ def _row(name: str, status: str, recording: Recording) -> ImportedRun:
 
 def _length(places: np.ndarray) -> float:
     return float(np.sum(np.linalg.norm(np.diff(places[:, :2], axis=0), axis=1)))
-
-
-def _csv(rows: Sequence[ImportedRun]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    names = [entry.name for entry in fields(ImportedRun)]
-    writer.writerow(names)
-    for row in rows:
-        values: Mapping[str, object] = vars(row)
-        writer.writerow(["" if values[name] is None else csv_cell(values[name]) for name in names])
-    return text.getvalue()

@@ -1,4 +1,4 @@
-"""Elevation models of strangers: nothing beside them is opened or fetched, memory is bounded, faults are one line."""
+"""Elevation models of strangers: nothing next to them is opened or fetched, memory is bounded, faults are one line."""
 
 from __future__ import annotations
 
@@ -48,30 +48,32 @@ def virtual(source: str) -> str:
     )
 
 
-@pytest.mark.parametrize("beside", [".tif.msk", ".tif.ovr", ".tif.aux.xml", ".msk", ".ovr", ".aux.xml"])
+@pytest.mark.parametrize("side_file", [".tif.msk", ".tif.ovr", ".tif.aux.xml", ".msk", ".ovr", ".aux.xml"])
 @pytest.mark.parametrize("scheme", ["", "/vsicurl/"])
 def test_what_lies_next_to_a_model_is_not_fetched(
-    tmp_path: Path, requests_seen: tuple[str, list[str]], beside: str, scheme: str
+    tmp_path: Path, requests_seen: tuple[str, list[str]], side_file: str, scheme: str
 ) -> None:
     address, seen = requests_seen
     path = write(tmp_path / "dem.tif", nodata=None)
-    if beside.endswith(".aux.xml"):
+    if side_file.endswith(".aux.xml"):
         item = f'<MDI key="OVERVIEW_FILE">{scheme}{address}</MDI>'
         text = f'<PAMDataset><Metadata domain="OVERVIEWS">{item}</Metadata></PAMDataset>'
     else:
         text = virtual(scheme + address)
-    (tmp_path / f"dem{beside}").write_text(text, encoding="utf-8")
+    (tmp_path / f"dem{side_file}").write_text(text, encoding="utf-8")
     heights = sample_track(path)
     np.testing.assert_allclose(heights, height_at(*track()), atol=3e-4)  # as without: float32, and a spline's error
     assert seen == []
 
 
-@pytest.mark.parametrize("beside", [".tif.msk", ".tif.aux.xml", ".tif.ovr", ".tfw", ".prj", ".asc.aux.xml", ".asc.msk"])
-def test_pipes_next_to_a_model_are_not_waited_for(tmp_path: Path, beside: str) -> None:
-    driver = {"driver": "AAIGrid"} if ".asc" in beside else {}
+@pytest.mark.parametrize(
+    "side_file", [".tif.msk", ".tif.aux.xml", ".tif.ovr", ".tfw", ".prj", ".asc.aux.xml", ".asc.msk"]
+)
+def test_pipes_next_to_a_model_are_not_waited_for(tmp_path: Path, side_file: str) -> None:
+    driver = {"driver": "AAIGrid"} if ".asc" in side_file else {}
     path = write(tmp_path / ("dem.asc" if driver else "dem.tif"), nodata=None, **driver)
-    (tmp_path / f"dem{beside}").unlink(missing_ok=True)
-    os.mkfifo(tmp_path / f"dem{beside}")
+    (tmp_path / f"dem{side_file}").unlink(missing_ok=True)
+    os.mkfifo(tmp_path / f"dem{side_file}")
     assert len(sample_track(path)) == 40
 
 

@@ -5,11 +5,9 @@ Sensors that were recorded along with the track are cut to each run.
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
@@ -19,7 +17,7 @@ import pymap3d
 
 from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.text import one_line
+from sssi_exudyn.core.text import csv_of, one_line
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.assemble import (
     Material,
@@ -187,7 +185,7 @@ def import_day(files: Sequence[Path], out: Path, answers: Answers, stage: Stage 
                     stage.advance(count / len(track.runs), f"{count} of {len(track.runs)} runs")
             number = count if piece.kind == "run" else None
             rows.append(_row(track, piece, number, digest, recording, status, why))
-        write_atomically(out / TABLE, _csv(rows))
+        write_atomically(out / TABLE, csv_of(rows, DayPiece))
     return rows
 
 
@@ -293,14 +291,3 @@ def _row(
         file=one_line(track.path.name),
         sha256=digest,
     )
-
-
-def _csv(rows: Sequence[DayPiece]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    names = [entry.name for entry in fields(DayPiece)]
-    writer.writerow(names)
-    for row in rows:
-        values: Mapping[str, object] = vars(row)
-        writer.writerow(["" if values[name] is None else values[name] for name in names])
-    return text.getvalue()
