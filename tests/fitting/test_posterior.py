@@ -195,8 +195,12 @@ def test_concealed_errors_are_found_within_their_uncertainty() -> None:
     assert np.allclose((every.std(axis=0) / spread)[free], 1.0, atol=0.06)
     assert np.all((every >= low) & (every <= high))
     assert np.all(errors.std(axis=0) < 1.06)  # measurements take no knowledge away
-    # What was corrected is nearer to the truth than nothing is.
-    assert np.sum((posterior.sizes - sizes) ** 2) < np.sum(sizes**2)
+    # An error is off by one squared on average before anything is measured, and by less where measurements tell of it.
+    measured = errors.std(axis=0) < 0.9
+    assert np.sum(measured) > 3
+    assert np.mean((posterior.sizes - sizes)[measured] ** 2) < 0.9**2
+    # of 80 errors none in a hundred draws is beyond 3.8 of what is left of it
+    assert np.max(np.abs(posterior.sizes - sizes) / errors.std(axis=0)) < 3.8
     # The moments are closed and the track is met to the noise that was added.
     x = posterior.residual[posterior.setting.seen.blocks["x"]]
     assert np.sqrt(np.mean(x**2)) < 2.0 * posterior.setting.seen.usual.of("x").sigma
