@@ -14,7 +14,7 @@ posture's error or the model's (residual reduction: Delp et al., IEEE Trans. Bio
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -24,7 +24,6 @@ from scipy.interpolate import make_interp_spline
 from sssi_exudyn.bodies.skier.chain import SEGMENT
 from sssi_exudyn.bodies.skier.inverse_dynamics import segment_loads
 from sssi_exudyn.contact.maths import ArrayMath
-from sssi_exudyn.contact.term import FootState
 from sssi_exudyn.core.frames import Array, cross, gravity_in_slope
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.hands import hands_at, pole_forces, use_poles
@@ -110,16 +109,8 @@ def moment_by_slip_noise(model: Model, run: ReducedRun) -> Array:
 
     Where skis do not slip, friction across them answers to every error of the slip; where they do, hardly to any.
     """
-    math, none = ArrayMath(), np.zeros(run.foot_load.shape)
-    along = run.foot_forward[..., :2] / np.linalg.norm(run.foot_forward[..., :2], axis=-1, keepdims=True)
-    v_t = np.sum(run.foot_velocity[..., :2] * along, axis=-1)
-    v_n = run.foot_velocity[..., 1] * along[..., 0] - run.foot_velocity[..., 0] * along[..., 1]
-    across = [
-        model.friction.force(
-            math, FootState(run.foot_load, v_t, v_n + noise, run.edge_angle, none, none, none, none, none)
-        )[1]
-        for noise in (SLIP_NOISE, -SLIP_NOISE)
-    ]
+    feet, math = run.feet(), ArrayMath()
+    across = [model.friction.force(math, replace(feet, v_n=feet.v_n + noise))[1] for noise in (SLIP_NOISE, -SLIP_NOISE)]
     arms = np.linalg.norm(run.foot_position - run.pelvis[:, None], axis=-1)
     return np.asarray(np.linalg.norm(0.5 * (across[1] - across[0]) * arms, axis=1))
 

@@ -15,7 +15,6 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.frames import Array, level_to_enu, slope_to_level
 from sssi_exudyn.core.noise import Scale, tail_weight
 from sssi_exudyn.fitting.autocorrelated_noise import whiten
@@ -302,11 +301,8 @@ class Observation:
 
     def with_slip_noise(self, model: Model, run: ReducedRun) -> Observation:
         """Return the same with moments that count less where the feet's slip is not known well enough for them."""
-        windows = self.times["moment_f"]
-        if not len(windows) or is_carved(model.terms):
-            return self
         more = np.ones(len(self.measured))
-        noise = averages(run.time, moment_by_slip_noise(model, run)[:, None], windows)[:, 0]
+        noise = averages(run.time, moment_by_slip_noise(model, run)[:, None], self.times["moment_f"])[:, 0]
         for block in ("moment_f", "moment_l"):
             more[self.blocks[block]] = np.hypot(1.0, noise / self.usual.of(block).sigma)
         return replace(self, scale=Scale(self.scale.lasting * more, self.scale.total * more))

@@ -187,12 +187,15 @@ def law_unknowns(stated: Model, about: Uncertainty) -> tuple[Parameter, ...]:
     """
     if is_carved(stated.terms):
         return ()
-    factors = {name: about.friction_onset * sigma for name, (_, sigma) in ONSET.items()}
-    factors[DAMPING] = about.snow_damping if stated.value(DAMPING) > 0.0 else 0.0
-    unknowns = []
-    for name, sigma in factors.items():
-        median = stated.value(name) or ONSET[name][0]
-        unknowns.append(Parameter((name,), Prior(math.log(median), sigma), logarithmic=True))
+    factors = {
+        name: (stated.value(name) or median, about.friction_onset * sigma) for name, (median, sigma) in ONSET.items()
+    }
+    if stated.value(DAMPING) > 0.0:
+        factors[DAMPING] = (stated.value(DAMPING), about.snow_damping)
+    unknowns = [
+        Parameter((name,), Prior(math.log(median), sigma), logarithmic=True)
+        for name, (median, sigma) in factors.items()
+    ]
     for name in EXPONENTS:
         exponent = stated.value(name)
         unknowns.append(Parameter((name,), Prior(exponent, about.snow_exponents * exponent)))

@@ -45,7 +45,6 @@ class AnisotropicFriction(FootTerm):
         source="paper: the sign is smoothed by speed alone; tyres and sledges build side force up over an angle",
         meaning="tangent of the slip angle over which the resistance across the ski builds up",
     )
-
     sharpness: float = quantity(
         2.0,
         "1",

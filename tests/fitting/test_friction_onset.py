@@ -59,6 +59,8 @@ def test_a_number_known_to_a_factor_is_estimated_by_its_logarithm() -> None:
     assert unknowns[EXPONENTS[0]].of(model) == 1.5
     assert unknowns[EXPONENTS[0]].slope(model) == 1.0
     assert not law_unknowns(stated, HELD)
+    undamped = {unknown.name for unknown in law_unknowns(stated.with_values({DAMPING: 0.0}), Uncertainty())}
+    assert undamped == {EPS, SLIP, SHARPNESS, *EXPONENTS}  # no damping has no logarithm
 
 
 def test_numbers_and_logarithms_of_a_setting_belong_together() -> None:

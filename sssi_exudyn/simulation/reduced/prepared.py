@@ -12,6 +12,7 @@ import numpy as np
 
 from sssi_exudyn.bodies.ski.modes import ModalSki, modal_ski
 from sssi_exudyn.contact.registry import is_carved
+from sssi_exudyn.contact.term import FootState
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, cross, gravity_in_slope, up_in_slope
 from sssi_exudyn.model.faults import antenna_shift
@@ -59,6 +60,25 @@ class ReducedRun:
     snow_force: Array
     snow_moment: Array
     heading: Array
+
+    def feet(self) -> FootState:
+        """Return both skis at all instants, (n, 2) each, as force terms see them, on the slope's plane.
+
+        The area pressed into the snow is left at zero.
+        """
+        forward = self.foot_forward[..., :2] / np.linalg.norm(self.foot_forward[..., :2], axis=-1, keepdims=True)
+        v, none = self.foot_velocity, np.zeros(self.foot_load.shape)
+        return FootState(
+            load=self.foot_load,
+            v_t=v[..., 0] * forward[..., 0] + v[..., 1] * forward[..., 1],
+            v_n=v[..., 1] * forward[..., 0] - v[..., 0] * forward[..., 1],
+            edge=self.edge_angle,
+            groove=none,
+            t=none + self.time[:, None],
+            f=self.foot_position[..., 0],
+            l=self.foot_position[..., 1],
+            side=none + np.array([1.0, -1.0]),
+        )
 
 
 @dataclass(frozen=True)

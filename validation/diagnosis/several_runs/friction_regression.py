@@ -289,20 +289,7 @@ def _counted(name: str, variable: Variable) -> str:
 
 def _feet(own: SeparateFit) -> FootState:
     """Return both skis at all instants of a run, (n, 2) each, on the slope's plane."""
-    run = fitted_run(own.problem, own.state, own.fit).run
-    forward = run.foot_forward[..., :2] / np.linalg.norm(run.foot_forward[..., :2], axis=-1, keepdims=True)
-    v, none = run.foot_velocity, np.zeros(run.foot_load.shape)
-    return FootState(
-        load=run.foot_load,
-        v_t=v[..., 0] * forward[..., 0] + v[..., 1] * forward[..., 1],
-        v_n=v[..., 1] * forward[..., 0] - v[..., 0] * forward[..., 1],
-        edge=run.edge_angle,
-        groove=none,
-        t=none + run.time[:, None],
-        f=run.foot_position[..., 0],
-        l=run.foot_position[..., 1],
-        side=none + np.array([1.0, -1.0]),
-    )
+    return fitted_run(own.problem, own.state, own.fit).run.feet()
 
 
 def downhill(own: SeparateFit, first: SeparateFit) -> float:
