@@ -1,10 +1,10 @@
 """The model's figures next to what others measured on real skiers.
 
-    python benchmarks/measured_turns.py --json docs/measured_turns.json [--runs results/reproduction]
+    python benchmarks/measured_turns.py --json docs/notebook/measured_turns.json [--runs results/reproduction]
 
 Fits both bundled recordings, fits each again to fixes of a run whose forces are known, and turns skis in the rig.  Runs
 that are already in RUNS are not computed again.  All draws have fixed seeds.  ``docs/make_measured_turns.py`` makes the
-table of ``docs/reproduction.md`` from the JSON.
+table of ``docs/notebook/reproduction.md`` from the JSON.
 """
 
 from __future__ import annotations
@@ -54,7 +54,8 @@ RACER: Final = (60.0, 18.0)
 """Edge angle (degrees) and speed (m/s) of a giant slalom."""
 SEED: Final = 20261126
 FELT: Final = 0.94
-"""Share of the force square to the soles that the bundled insoles feel: docs/decisions/0003-what-insoles-feel.md."""
+"""Share of the force square to the soles that the bundled insoles feel:
+docs/notebook/decisions/0003-what-insoles-feel.md."""
 HEIGHT: Final = 1.75
 POSTURES: Final = {
     "upright": dict[str, float](),

@@ -1,7 +1,7 @@
 """What others measured on real skiers, as far as it was to be had, and the figure of ``measured_turns`` next to each.
 
 Full texts were not at hand: every value is from an abstract, or from the section that ``place`` names.  Where a source
-states no spread, a quarter of its value to either side counts as met, as in ``docs/carving.md``.
+states no spread, a quarter of its value to either side counts as met, as in ``docs/notebook/carving.md``.
 """
 
 from __future__ import annotations

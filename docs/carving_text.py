@@ -53,7 +53,7 @@ edge that is not used.
 Bars are one standard deviation of {uncertain}; what they do to the curvature adds up as squares.
 
 `sssi sweep examples/sweep_ski_turn.toml --out DIR` changes sidecut, bending and twisting stiffness from turn to turn
-(`docs/sweeps.md`).
+(`docs/guide/sweeps.md`).
 
 ### The plateau of the radius
 
@@ -97,7 +97,7 @@ with the ankle's own, in pitch.
 | yaw | 1000 N m/rad | estimate: with a tenth, a ski that skids spins under the boot, which a leg prevents |
 | roll | 600 N m/rad | estimate |
 | heave | 40 kN/m | estimate: legs that hop stiffly have 20 to 40 (Farley and Morgenroth, J. Biomech. 32 (1999) 267) |
-| pitch | 529 N m/rad | ankle of a standing man 300 (Winter et al., J. Neurophysiol. 80 (1998) 1211), cuff 229 ([Boots](boots.md)) |
+| pitch | 529 N m/rad | ankle of a standing man 300 (Winter et al., J. Neurophysiol. 80 (1998) 1211), cuff 229 ([Boots](../theory/boots.md)) |
 
 It heaves along the foot's up axis and yaws about it; there it rolls about its long axis, and then it pitches about the axis across
 it: three angles one after the other, of full size, the same in both models.

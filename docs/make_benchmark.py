@@ -1,4 +1,4 @@
-"""Makes ``docs/diagnosis-benchmark.md`` from the blind benchmark's answers in ``docs/diagnosis-benchmark.parquet``.
+"""Makes ``docs/notebook/diagnosis-benchmark.md`` from the blind benchmark's answers in ``docs/notebook/diagnosis-benchmark.parquet``.
 
     python docs/make_benchmark.py FOLDER COMMIT   keep the answers of a folder that ``sssi benchmark diagnosis`` made
     python docs/make_benchmark.py                 make the page of what is kept
@@ -35,12 +35,12 @@ from sssi_exudyn.validation.benchmark.run import SEAL
 from sssi_exudyn.validation.benchmark.scores import STRONG, CaseResult, Scores, is_right, score
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Weighed
 
-DOCS = Path(__file__).parent
-KEPT = DOCS / "diagnosis-benchmark.parquet"
-PAGE = DOCS / "diagnosis-benchmark.md"
-TEXT = DOCS / "diagnosis-benchmark-text.txt"
+NOTEBOOK = Path(__file__).parent / "notebook"
+KEPT = NOTEBOOK / "diagnosis-benchmark.parquet"
+PAGE = NOTEBOOK / "diagnosis-benchmark.md"
+TEXT = NOTEBOOK / "diagnosis-benchmark-text.txt"
 """Text below the figures."""
-PICTURES = DOCS / "images"
+PICTURES = Path(__file__).parent / "images"
 _COLUMNS = ("case", "result", "seal", "commit")
 
 
@@ -53,7 +53,7 @@ class Alone(NamedTuple):
 
     def kept(self, kind: str) -> Path:
         """Return the file of the answers of a ``kind``."""
-        return DOCS / f"diagnosis-benchmark-{kind}.parquet"
+        return NOTEBOOK / f"diagnosis-benchmark-{kind}.parquet"
 
 
 ALONE = {
@@ -208,7 +208,7 @@ def failures_text() -> str:
     lines = ["## Failures that show most", ""]
     for number, (runs, case, result) in enumerate(failures(), 1):
         words = f"Of the runs `{runs}`: {caption(case, result)}"
-        lines += [words, "", f"![{words}](images/benchmark_{number}.png)", ""]
+        lines += [words, "", f"![{words}](../images/benchmark_{number}.png)", ""]
     lines.append(
         "On the left the force that the model lacks before anything was found, shaded while what is hidden acts."
     )

@@ -1,4 +1,4 @@
-"""Makes ``docs/carving.md``: the law of edges that cut, the rig, and every figure with which it was compared.
+"""Makes ``docs/notebook/carving.md``: the law of edges that cut, the rig, and every figure with which it was compared.
 
 Run it as ``python docs/make_carving.py``; it takes half an hour.  The closed forms use the tests' skis, so
 ``PYTHONPATH`` must hold ``tests/support/models``.
@@ -424,7 +424,9 @@ def main() -> None:
         laws=both_laws(), headings=headings(), long_headings=long_headings(), against=ski_against_ski(), costs=tiers(),
         derivatives=long_derivatives(), plateau=plateau(), apart=models_apart(),
     )  # fmt: skip
-    Path(__file__).with_name("carving.md").write_text(head + table(list(rows())) + shop_table() + END, encoding="utf-8")
+    Path(__file__).with_name("notebook").joinpath("carving.md").write_text(
+        head + table(list(rows())) + shop_table() + END, encoding="utf-8"
+    )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""Makes the section of ``docs/reproduction.md`` that sets the model's figures next to what others measured.
+"""Makes the section of ``docs/notebook/reproduction.md`` that sets the model's figures next to what others measured.
 
 Run it as ``python docs/make_measured_turns.py`` after ``benchmarks/measured_turns.py``: all numbers of the program are
-from ``docs/measured_turns.json``, all others from ``benchmarks/measured_values.py``.
+from ``docs/notebook/measured_turns.json``, all others from ``benchmarks/measured_values.py``.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ sys.path.insert(0, str(ROOT / "benchmarks"))
 
 from measured_values import MEASURED, NOT_TO_BE_HAD, UNSTATED, Measured  # noqa: E402
 
-FIGURES: Final = ROOT / "docs" / "measured_turns.json"
-PAGE: Final = ROOT / "docs" / "reproduction.md"
+FIGURES: Final = ROOT / "docs" / "notebook" / "measured_turns.json"
+PAGE: Final = ROOT / "docs" / "notebook" / "reproduction.md"
 TITLE: Final = "## Next to what others measured"
 
 _HEAD: Final = """{title}
 
-Made by `python benchmarks/measured_turns.py --json docs/measured_turns.json` and `python docs/make_measured_turns.py`, the
+Made by `python benchmarks/measured_turns.py --json docs/notebook/measured_turns.json` and `python docs/make_measured_turns.py`, the
 misses first: {missed} of {total} comparisons. *Ours* is what the program computes: of both bundled recordings, fitted; of
 steady turns in the rig (`slalom_165`, 700 N unless it says otherwise); for Gilgien the worse of two fits each to fixes
 without insoles. The bundled recordings come from a simulated world, so where a figure is the recording's own (friction,

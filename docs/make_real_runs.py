@@ -1,10 +1,10 @@
-"""Prints the table of docs/real-runs.md: fits of recorded runs on three kinds of snow.
+"""Prints the table of docs/notebook/real-runs.md: fits of recorded runs on three kinds of snow.
 
 The snow is the plane, the surface from a run's own heights, or the surface shared with the runs that ``[terrain] runs``
 names.
 
 Run it from the top folder: ``python docs/make_real_runs.py FOLDER``; FOLDER holds recordings as ``sssi import`` makes
-them of few sensors (docs/real-runs.md has the commands).
+them of few sensors (docs/notebook/real-runs.md has the commands).
 """
 
 from __future__ import annotations

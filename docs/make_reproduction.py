@@ -1,4 +1,4 @@
-"""Makes ``docs/reproduction.md``: the paper's Table 1 and its Figures 4 to 8 in numbers, next to this program's
+"""Makes ``docs/notebook/reproduction.md``: the paper's Table 1 and its Figures 4 to 8 in numbers, next to this program's
 results.
 
 The results are those of the two bundled recordings.
@@ -65,14 +65,14 @@ CLOSE = """
 
 WHY: dict[str, str] = {
     "a": "The recordings were made with the paper's friction, so the difference is the program's error: {z}. The standard "
-    "error counts all that the estimate takes as uncertain (`uncertainty.md`).",
+    "error counts all that the estimate takes as uncertain (`docs/theory/uncertainty.md`).",
     "b": "The paper's snow, slope and GPS are real, the bundled ones are a plane of even snow and a GPS with 2 cm of noise; "
     "start, heading, snow surface and the errors of capture and instruments are estimated here, too. The paper's two "
     "parameters alone take the start from the first fixes, and friction makes up for its error; with start and heading "
     "fitted too, on the captured posture, it does not.",
     "c": "The slope is given with the recording, not found.",
     "d": "The paper compares the snow's normal force with the insoles, as do the rows in brackets; the others take what presses "
-    "square on the sole (`decisions/0003-what-insoles-feel.md`). The insoles are among what the estimate fits, so their agreement "
+    "square on the sole (`docs/notebook/decisions/0003-what-insoles-feel.md`). The insoles are among what the estimate fits, so their agreement "
     "proves little; the fits of the paper's two parameters, which do not see them, have correlations of {apart}. The paper gives "
     "nothing for its intermediate, who wore no insoles.",
     "e": "A property of the recording: its skiers turn about as the paper's do, not just as they do. Capture and GPS fix it, and "
@@ -151,7 +151,7 @@ def main() -> None:
     flat = " and ".join(f"{max(-s.lowest_m, s.highest_m):.2f}" for s in (run.summary.surface for run in runs) if s)
     lines = [HEAD.format(flat=flat).rstrip() + "\n", *table(runs, rows(alike)), CLOSE.rstrip() + "\n"]
     lines += [f"- **{letter}**: {why.format(**reasons(runs, plain))}" for letter, why in WHY.items()]
-    (ROOT / "docs" / "reproduction.md").write_text("\n".join(lines) + "\n\n" + section(), encoding="utf-8")
+    (ROOT / "docs" / "notebook" / "reproduction.md").write_text("\n".join(lines) + "\n\n" + section(), encoding="utf-8")
 
 
 def reasons(runs: list[StoredRun], plain: list[StoredRun]) -> dict[str, str | float]:

@@ -1,4 +1,4 @@
-"""Makes ``docs/semi-real.md`` from the answers in ``docs/semi-real.parquet``.
+"""Makes ``docs/notebook/semi-real.md`` from the answers in ``docs/notebook/semi-real.parquet``.
 
     python docs/make_semi_real.py COMMIT FOLDER…   keep the answers of folders that ``sssi benchmark semi-real`` made,
                                                    replacing those of the same recordings
@@ -30,10 +30,10 @@ from sssi_exudyn.validation.benchmark.scores import share
 from sssi_exudyn.validation.benchmark.semi_real import FAULTS, Answer, SemiReal, judge
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Number
 
-DOCS = Path(__file__).parent
-KEPT = DOCS / "semi-real.parquet"
-PAGE = DOCS / "semi-real.md"
-TEXT = DOCS / "semi-real-text.txt"
+NOTEBOOK = Path(__file__).parent / "notebook"
+KEPT = NOTEBOOK / "semi-real.parquet"
+PAGE = NOTEBOOK / "semi-real.md"
+TEXT = NOTEBOOK / "semi-real-text.txt"
 """Text below the figures."""
 PLACED: Final = 0.5
 """Least overlap in time of a finding at the fault's place."""

@@ -1,4 +1,4 @@
-"""Makes ``docs/verification.md``: the checks, their references, and the results.
+"""Makes ``docs/notebook/verification.md``: the checks, their references, and the results.
 
 Run it as ``python docs/make_verification.py``; it takes a few minutes.  The tests named in the tables compare the same
 figures, with the tolerances and reasons given there.
@@ -153,7 +153,9 @@ def main() -> None:
     models = {name: given(name) for name in NAMES}
     lines = [HEAD.format(seconds=SECONDS), *solver_choices(models), *second_models(models)]
     lines += [*skis(models["beginner"][0]), f"\ng = {GRAVITY} m/s².\n", COVERED]
-    (ROOT / "docs" / "verification.md").write_text("\n".join(lines).replace("\n\n\n", "\n\n"), encoding="utf-8")
+    (ROOT / "docs" / "notebook" / "verification.md").write_text(
+        "\n".join(lines).replace("\n\n\n", "\n\n"), encoding="utf-8"
+    )
 
 
 if __name__ == "__main__":

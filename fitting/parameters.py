@@ -43,7 +43,8 @@ CUTTING: Final = {
     NumberRef("carving.hardness"): Prior(1e8, 4e7),
     NumberRef("carving.strength"): Prior(4e5, 1e5),
 }
-"""The same where edges cut: friction widely, hardness and strength about a firm piste's (``docs/carving.md``)."""
+"""The same where edges cut: friction widely, hardness and strength about a firm piste's
+(``docs/notebook/carving.md``)."""
 _START: Final = {
     START_F: (3.0, 1.0),
     START_L: (3.0, 1.0),

@@ -31,7 +31,12 @@ _LARGEST_RISE: Final = 0.6
 def _coefficient(of: str) -> Any:  # Any: as for ``quantity``
     """Declare the coefficient of a product."""
     return quantity(
-        0.0, "1", low=-0.3, high=0.3, source="regression on runs: docs/diagnosis.md", meaning=f"change of mu_t by {of}"
+        0.0,
+        "1",
+        low=-0.3,
+        high=0.3,
+        source="regression on runs: docs/theory/diagnosis.md",
+        meaning=f"change of mu_t by {of}",
     )
 
 
@@ -58,7 +63,7 @@ class FrictionLaw(FootTerm):
     name: ClassVar[str] = "friction_law"
     corrects: ClassVar[str] = AnisotropicFriction.name
     sources: ClassVar[tuple[str, ...]] = (
-        "regression on several runs of a day (docs/diagnosis.md); laws as sparse sums of a library's functions:"
+        "regression on several runs of a day (docs/theory/diagnosis.md); laws as sparse sums of a library's functions:"
         " S. L. Brunton et al., PNAS 113 (2016) 3932",
     )
 

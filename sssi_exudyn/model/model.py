@@ -27,7 +27,7 @@ from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.recording.recording import Equipment, Skier
 from sssi_exudyn.terrain.surface import Surface
 
-_CHOICE = "chosen; see docs/verification.md for what it does to the result"
+_CHOICE = "chosen; see docs/notebook/verification.md for what it does to the result"
 _MODE = Quantity(
     name="mode",
     default=0.0,

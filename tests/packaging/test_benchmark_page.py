@@ -12,7 +12,7 @@ def script() -> ModuleType:
 
 
 def test_the_page_is_of_the_answers(script: ModuleType) -> None:
-    assert script.page() == (DOCS / "diagnosis-benchmark.md").read_text(encoding="utf-8")
+    assert script.page() == (DOCS / "notebook" / "diagnosis-benchmark.md").read_text(encoding="utf-8")
 
 
 def test_every_case_is_kept(script: ModuleType) -> None:

@@ -14,7 +14,7 @@ def script() -> ModuleType:
 
 
 def test_the_page_is_of_the_answers(script: ModuleType) -> None:
-    assert script.page() == (DOCS / "semi-real.md").read_text(encoding="utf-8")
+    assert script.page() == (DOCS / "notebook" / "semi-real.md").read_text(encoding="utf-8")
 
 
 def test_every_run_was_diagnosed_untouched_and_with_each_fault_or_none(script: ModuleType) -> None:

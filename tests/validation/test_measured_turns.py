@@ -1,7 +1,7 @@
 """The model's figures against what others measured on real skiers: one test a source, which pins the misses too.
 
-Runs are shorter than those of ``docs/reproduction.md``, simulated with the paper's friction; the same functions
-compute their figures.
+Runs are shorter than those of ``docs/notebook/reproduction.md``, simulated with the paper's friction; the same
+functions compute their figures.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def values() -> ModuleType:
 @cache
 def page() -> dict[str, float]:
     """Return the figures that the page is made of."""
-    return dict(json.loads((DOCS / "measured_turns.json").read_text(encoding="utf-8")))
+    return dict(json.loads((DOCS / "notebook" / "measured_turns.json").read_text(encoding="utf-8")))
 
 
 @cache
@@ -240,7 +240,7 @@ def test_the_page_is_of_the_figures() -> None:
     """Misses stand first, as many as are pinned here and no others."""
     page = docs_script("make_measured_turns")
     section = page.section()
-    assert (DOCS / "reproduction.md").read_text(encoding="utf-8").endswith(section)
+    assert (DOCS / "notebook" / "reproduction.md").read_text(encoding="utf-8").endswith(section)
     lines = [line for line in section.splitlines() if " met | " in line or " **missed** | " in line]
     verdicts = ["missed" in line for line in lines]
     assert len(lines) == len(values().MEASURED)

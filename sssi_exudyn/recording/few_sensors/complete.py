@@ -57,7 +57,7 @@ _LEAST_YAW: Final = float(np.radians(2.0))
 _ASSUMED_STEERING: Final = float(np.radians(12.0))
 _MEAN_STEERING: Final = float(np.radians(3.0))
 _HEIGHT: Final = 0.006
-"""Standard deviations, see docs/few-sensors.md: rad of a foot's edge, pitch and heading, m of its height."""
+"""Standard deviations, see docs/theory/few-sensors.md: rad of a foot's edge, pitch and heading, m of its height."""
 
 
 @dataclass(frozen=True)
