@@ -1,54 +1,18 @@
 """Text that ``docs/make_carving.py`` writes about its figures."""
 
-TEXT = """# Carving
+TEXT = """# Carving: figures and trials
 
 Made by `PYTHONPATH=tests/support/models python docs/make_carving.py`.
 
-In the paper the snow's friction acts at the foot: it knows no edge, no yaw moment and no groove. Here is the law of an edge
-that cuts, and a rig that runs one ski on it, so that skis can be compared:
-
-```sh
-sssi ski turn slalom_165 fischer_rc4_sc_165 --edge 30:70 --speed 10 --out skis.html
-```
-
-`--edge` takes one angle, several (`30,45,60`) or a range (`30:70:5`), `--load` the load along the snow's normal,
-`--json FILE` writes `ski`, `edge_deg`, `radius_m`, `radius_low_m`, `radius_high_m` and `side_reserve` for each ski and
-angle, `null` where the ski slips out of the turn. A ski is one of the catalogue or a file of that form.
-
-## The law
-
-`{formula}`
-
-Each section of the ski presses with its wetted area times the snow's hardness; its deeper edge is held by the wall of the
-groove, whose strength is in proportion to depth, and slips where that is not enough; friction is on the resultant of both.
-The tangent of every edge point is its own: sidecut, bend and twist turn it, and so steer the ski. There is no other
-yaw moment. The snow remembers two numbers for each edge point, which move towards the tail as the ski moves on: how deep the
-groove is that arrives from ahead, and how far the edge is from its wall. A point that rises from the groove's floor by
-more than the snow springs back presses no more. Sideslip leaves the groove behind.
-
-The groove has the ski's own shape: one wall as steep as the base, the other square to it. An edge that has risen by r is
-r·tanθ away from the latter and, as the snow under the base springs back by δ, (r − δ)₊·cotθ from the base's: that much play it
-has before a wall takes hold of it. A wall can push and not pull. Without play the radius fell in steps ([below](#the-plateau-of-the-radius)).
-
-| parameter | default | bounds | source |
-|---|---|---|---|
-{parameters}
-
-What arrives at a point is interpolated between the points ahead, where its snow was a step ago. The offset grows by the mean of
-how fast the edge drifts at both places, and two fifths of the points lie in the last fifth of the ski: there an edge enters the
-snow, and within 0.1 m it is as deep as it gets. With 100 points the radius is within 0.2 % of that with 400, with 50, 66 and 132
-within 1.7 % ([below](#what-it-was-held-against)).
-
-The strength by default is that of the firmest snow that Mössner measured: with 2.5e5 Pa, above the middle of his range, the
-slalom ski skids at 60° and slips beyond (below), where skiers carve.
+The law of an edge that cuts is on [its own page](../theory/carving.md), and what to do with it in [the guide](../guide/carving.md). Here is
+what it was held against, and what was tried.
 
 ## The rig
 
-One ski, held at the boot centre, runs on a plane at a given edge angle of the sole until its turn is steady. The load acts
-at the boot centre, and the resultant is square to the base. Sinking, pitch, sideslip, yaw rate and the ski's bend (20
-vibrations, 100 points an edge) are found. A mass, an inertia and dampers lead to the steady turn, in which they do
-nothing; about it an edge that has play swings at 13 to 15 Hz, by 0.03 % of the yaw rate at most, with 200 points at 30° by 0.6 %. The side reserve is 1 − Σ|q_e|/Σ(S_f·a), the thrown snow apart: the share of the wall's strength along the
-edge that is not used.
+A mass, an inertia and dampers lead to the steady turn, in which they do nothing; about it an edge that has play swings at 13 to 15 Hz, by 0.03 %
+of the yaw rate at most, with 200 points at 30° by 0.6 %. With 100 points the radius is within 0.2 % of that with 400, with 50, 66 and 132
+within 1.7 % ([below](#what-it-was-held-against)). The strength by default is that of the firmest snow that Mössner measured: with 2.5e5 Pa,
+above the middle of his range, the slalom ski skids at 60° and slips beyond ([below](#what-it-was-held-against)), where skiers carve.
 
 Bars are one standard deviation of {uncertain}; what they do to the curvature adds up as squares.
 
@@ -77,27 +41,9 @@ make real ones stiffer, by how much was not measured.
 
 ## In a run
 
-```sh
-sssi run FOLDER --snow carving --out DIR        # also sssi fit, sssi simulate
-sssi simulate FOLDER --model DIR/model.toml --out DIR2
-```
-
-put such snow under a recorded skier, in the place of penetration and friction; in `model.toml` it is `[[term]] name =
-"carving"`. Fits search with the reduced model and the full one judges, as ever; the run that is written is the full
-model's. `sssi sweep` takes the same term with either tier: `carving.hardness` and so on can be swept, and `equipment.skis`
-sets ski against ski. `summary.json` has a group `carving` (the snow's numbers, what they come to as μ_t and μ_n, side
-reserve, how the skis yaw, roll, heave and pitch against the feet), and `friction` is null.
-
 The posture is the captured one, and so is the heading unless it is found ([The skier's heading](#the-skiers-heading)). The skis
 are free below the feet: against a spring and a damper each they yaw, roll, heave and pitch. In `model.toml` and `equipment.toml`, `cuff_edging` and `cuff_flexion` are what holds them in roll and,
 with the ankle's own, in pitch.
-
-| a ski against its foot | spring | source |
-|---|---|---|
-| yaw | 1000 N m/rad | estimate: with a tenth, a ski that skids spins under the boot, which a leg prevents |
-| roll | 600 N m/rad | estimate |
-| heave | 40 kN/m | estimate: legs that hop stiffly have 20 to 40 (Farley and Morgenroth, J. Biomech. 32 (1999) 267) |
-| pitch | 529 N m/rad | ankle of a standing man 300 (Winter et al., J. Neurophysiol. 80 (1998) 1211), cuff 229 ([Boots](../theory/boots.md)) |
 
 It heaves along the foot's up axis and yaws about it; there it rolls about its long axis, and then it pitches about the axis across
 it: three angles one after the other, of full size, the same in both models.
@@ -149,27 +95,7 @@ flat, as no captured ones do, are solved by it, too.
 A captured posture fits one path. A ski whose radius is 5 % larger comes out of a turn of 90° 4.5° behind the captured heading, which
 the leg's spring in yaw alone would take up. So the whole posture may turn about gravity:
 
-```sh
-sssi simulate FOLDER --model DIR/model.toml --heading free --out DIR2     # or track; also sssi run and sssi fit
-sssi simulate FOLDER --model DIR/model.toml --heading free --balanced --out DIR3
-```
-
-| heading | what it is |
-|---|---|
-| `replay` | the captured one, as ever; whatever moment that takes acts on the skier |
-| `track` | held to the captured one by a spring (`stiffness`, 500 N m/rad) and a damper (`damping_ratio`, 0.7 of the critical) |
-| `free` | what snow and air make of it: for forecasts, and for ski against ski |
-
-`[heading]` in `model.toml` has `mode`, `stiffness` and `damping_ratio`, a sweep's file `heading = "free"`. With Ψ the turn to the left
-from the captured heading, I the inertia of skier and skis in the posture of the moment about the vertical through their centre of
-mass, 3 to 8 kg m² there, L the angular momentum that the captured movement has about it, and M the moment of snow and air,
-
-`d/dt (I·Ψ̇ + L) = M − k·Ψ − c·Ψ̇`
-
-with k = c = 0 where it is `free`. All that a posture has turns with Ψ, and its velocities and accelerations are those of a posture
-that turns; the pelvis goes where the forces take the centre of mass. Both models take one step after the other: Ψ̇ from the moment at
-the step's start, Ψ from that Ψ̇, so that the snow's 10⁶ N/m across an edge neither feeds nor damps the turning; spring and damper are
-implicit. The skis count as clamped to the feet in I and L: what a ski that yaws below the foot takes of the momentum, some 5 % of it,
+The skis count as clamped to the feet in I and L: what a ski that yaws below the foot takes of the momentum, some 5 % of it,
 is left out, and so is where a pole takes hold. What inverse dynamics of the full model's run find about gravity is the proof: with
 `free`, 3 N m rms from step to step.
 

@@ -1,4 +1,4 @@
-"""Makes ``docs/notebook/carving.md``: the law of edges that cut, the rig, and every figure with which it was compared.
+"""Makes ``docs/notebook/carving.md``: every figure with which the law of edges that cut was compared.
 
 Run it as ``python docs/make_carving.py``; it takes half an hour.  The closed forms use the tests' skis, so
 ``PYTHONPATH`` must hold ``tests/support/models``.
@@ -27,10 +27,8 @@ from carving_skis import FIRM, LENGTH, SIDECUT, StiffSideways, WithoutGroove, Wi
 from carving_text import END, TEXT
 
 from sssi_exudyn.bodies.ski.ski import Profile, Ski, read_ski
-from sssi_exudyn.contact.term import formula, parameters
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import GRAVITY
-from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.simulation.turns.steady_turn import (
     NoSteadyTurn,
     SteadyTurn,
@@ -403,16 +401,6 @@ def _cell(radius: float | None, low: float | None, high: float | None, reserve: 
     return f"{radius:.1f} ({low:.1f} to {'slips' if high is None else f'{high:.1f}'}), {reserve:.2f}"
 
 
-def parameter_rows() -> str:
-    about = quantities(Carving)
-    lines = []
-    for name, value in parameters(USUAL).items():
-        one = about[name]
-        unit = "" if one.unit == "1" else f" {one.unit}"
-        lines.append(f"| {one.meaning} (`{name}`) | {value:g}{unit} | {one.low:g} to {one.high:g} | {one.source} |")
-    return "\n".join(lines)
-
-
 def table(lines: Sequence[tuple[str, str, str, str]]) -> str:
     return "\n".join("| " + " | ".join(row) + " |" for row in lines) + "\n"
 
@@ -420,7 +408,7 @@ def table(lines: Sequence[tuple[str, str, str, str]]) -> str:
 def main() -> None:
     names = ", ".join(f"{source.name} ({source.amount})" for source in UNCERTAIN)
     head = TEXT.format(
-        formula=formula(Carving), parameters=parameter_rows(), uncertain=names, stiffnesses=stiffnesses(),
+        uncertain=names, stiffnesses=stiffnesses(),
         laws=both_laws(), headings=headings(), long_headings=long_headings(), against=ski_against_ski(), costs=tiers(),
         derivatives=long_derivatives(), plateau=plateau(), apart=models_apart(),
     )  # fmt: skip

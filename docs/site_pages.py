@@ -1,4 +1,4 @@
-"""Generated pages of the site: the terms, the changelog, executed notebooks, pictures.
+"""Generated pages of the site: the terms, the changelog, executed notebooks, pictures, formulas.
 
 MkDocs calls this in ``make docs`` before it reads the pages; all of it is written into ``docs/generated``.
 """
@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import html
 import io
 import json
 import os
+import re
 import shutil
 import sys
 from collections.abc import Callable, Iterator
@@ -17,6 +19,8 @@ from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
+
+from formulas import latex, mathml
 
 ROOT: Final = Path(__file__).parents[1]
 MADE: Final = ROOT / "docs" / "generated"
@@ -54,6 +58,20 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     return markdown.replace(mark, (MADE / "terms.md").read_text(encoding="utf-8")) if mark in markdown else markdown
 
 
+def on_page_content(content: str, **_: Any) -> str:
+    """Set the formulas of a page as MathML."""
+    content = re.sub(r'<span class="arithmatex">\\\((.*?)\\\)</span>', _set_in_line, content, flags=re.DOTALL)
+    return re.sub(r'<div class="arithmatex">\s*\\\[(.*?)\\\]\s*</div>', _set_apart, content, flags=re.DOTALL)
+
+
+def _set_in_line(source: re.Match[str]) -> str:
+    return mathml(html.unescape(source[1]), block=False)
+
+
+def _set_apart(source: re.Match[str]) -> str:
+    return f'<div class="formula">{mathml(html.unescape(source[1]), block=True)}</div>'
+
+
 def on_files(files: Any, **_: Any) -> Any:
     """Remove the terms' own page, as they are part of another page."""
     from mkdocs.structure.files import Files
@@ -74,7 +92,7 @@ def terms_page() -> str:
             lines += [f"### {title}", ""]
         for cls in terms:
             about = (cls.__doc__ or "").strip().split("\n")[0]
-            lines += [f"#### `{cls.name}`", "", about, "", f"> {formula(cls)}", ""]
+            lines += [f"#### `{cls.name}`", "", about, "", "$$", latex(formula(cls)), "$$", ""]
             lines += [f"Sources: {'; '.join(cls.sources)}", ""]
             lines += ["| number | default | bounds | meaning; source |", "|---|---|---|---|"]
             for number in quantities(cls).values():
@@ -140,7 +158,7 @@ def notebook_page(name: str) -> str:
 
 
 def make_gallery() -> None:
-    """Make the pictures of the gallery, from five seconds of the beginner."""
+    """Make the pictures of the gallery, from a fit of the whole run of the beginner; it takes a minute."""
     import matplotlib as mpl
 
     mpl.use("agg")
@@ -154,9 +172,8 @@ def make_gallery() -> None:
 
     example = ROOT / "examples" / "beginner"
     recording = sssi_exudyn.read_recording(example)
+    run = sssi_exudyn.fit(recording)
     short = replace(recording, stop=recording.start + 6.0)
-    model = sssi_exudyn.model_of(short).with_values({"friction.mu_t": 0.06, "friction.mu_n": 0.55})
-    run = sssi_exudyn.simulate(short, model=model)
 
     def save(name: str, draw: Callable[[Any], object], size: tuple[float, float] = (7.0, 3.6)) -> None:
         figure, axes = plt.subplots(figsize=size, layout="constrained")
@@ -175,7 +192,7 @@ def make_gallery() -> None:
 
     def speeds(axes: Any) -> None:
         for colour, mu_t in zip(plots.COLOURS, (0.04, 0.08, 0.12), strict=False):
-            other = sssi_exudyn.simulate(short, model=model.with_values({"friction.mu_t": mu_t})).series
+            other = sssi_exudyn.simulate(short, model=run.model.with_values({"friction.mu_t": mu_t})).series
             speed = (other[[f"com_velocity_{axis}_mps" for axis in ("east", "north", "up")]] ** 2).sum(axis=1) ** 0.5
             axes.plot(other["time_s"], speed, color=colour, label=f"μ_t = {mu_t:.2f}")
         axes.set(xlabel="time (s)", ylabel="speed (m/s)", title="the same movement on faster and slower snow")

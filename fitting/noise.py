@@ -5,7 +5,7 @@ instrument, or of the load; ``memory`` is its correlation time.  What a run show
 ``evidence.best_levels``: beforehand their logarithms are normal about the declared values with ``size_spread`` and
 ``memory_spread``, and they stay within the declared bounds, three spreads to either side.
 
-How the values were chosen, and on which recordings: ``docs/theory/uncertainty.md``, "The noise of instruments".
+How the values were chosen, and on which recordings: ``docs/notebook/uncertainty.md``, "The noise of instruments".
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ class FixNoise:
     """A receiver's error of place, each horizontal component."""
 
     size: float = quantity(
-        1.1, "1", low=0.38, high=3.2, source="measured: docs/theory/uncertainty.md, with the memory",
+        1.1, "1", low=0.38, high=3.2, source="measured: docs/notebook/uncertainty.md, with the memory",
         meaning="standard deviation over that which the receiver states",
     )  # fmt: skip
     memory: float = quantity(
-        2.5, "s", low=0.87, high=7.2, source="measured: docs/theory/uncertainty.md", meaning="correlation time"
+        2.5, "s", low=0.87, high=7.2, source="measured: docs/notebook/uncertainty.md", meaning="correlation time"
     )  # fmt: skip
     size_spread: float = quantity(
         0.35, "1", low=0.0, high=1.0, source="chosen: within a factor of 1.4 in two of three recordings",
@@ -66,11 +66,11 @@ class HeightNoise:
     """A receiver's error of height."""
 
     size: float = quantity(
-        1.4 / VERTICAL, "1", low=0.24, high=3.6, source="measured: docs/theory/uncertainty.md",
+        1.4 / VERTICAL, "1", low=0.24, high=3.6, source="measured: docs/notebook/uncertainty.md",
         meaning="standard deviation over that which the receiver states of heights",
     )  # fmt: skip
     memory: float = quantity(
-        1.5, "s", low=0.33, high=6.8, source="measured: docs/theory/uncertainty.md", meaning="correlation time"
+        1.5, "s", low=0.33, high=6.8, source="measured: docs/notebook/uncertainty.md", meaning="correlation time"
     )  # fmt: skip
     size_spread: float = quantity(
         0.45, "1", low=0.0, high=1.0, source="chosen: receivers state heights less well than places",

@@ -68,15 +68,22 @@ def test_pages_that_are_named_exist(page: Path) -> None:
 
 
 def test_every_public_name_has_its_place_and_no_other() -> None:
-    shown = re.findall(r"^::: sssi_exudyn\.(\w+)$", (DOCS / "api.md").read_text(encoding="utf-8"), re.MULTILINE)
+    pages = [page.read_text(encoding="utf-8") for page in (DOCS / "api").glob("*.md")]
+    shown = re.findall(r"^::: sssi_exudyn\.(\w+)$", "\n".join(pages), re.MULTILINE)
     assert sorted(shown) == sorted(sssi_exudyn.__all__)
+
+
+@pytest.mark.parametrize("page", (DOCS / "guide").glob("*.md"), ids=lambda page: page.stem)
+def test_guide_pages_are_short(page: Path) -> None:
+    # what takes longer than five minutes to read is theory, or belongs into the notebook
+    assert len(page.read_text(encoding="utf-8").split()) < 900
 
 
 def test_every_term_is_there_with_its_formula_and_its_numbers(site_pages: ModuleType) -> None:
     page = site_pages.terms_page()
     for cls in TERMS:
         assert f"#### `{cls.name}`" in page
-        assert formula(cls) in page
+        assert site_pages.latex(formula(cls)) in page
         for about in quantities(cls).values():
             assert f"| `{about.name}` | {about.default:g} {about.unit} |" in page
 

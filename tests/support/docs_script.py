@@ -4,12 +4,16 @@ import importlib.util
 from pathlib import Path
 from types import ModuleType
 
+import pytest
+
 DOCS = Path(__file__).parents[2] / "docs"
 
 
 def docs_script(name: str) -> ModuleType:
-    """Import the script of that name in ``docs``."""
-    return module_from(DOCS / f"{name}.py")
+    """Import the script of that name in ``docs``, where it finds its neighbours."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(DOCS)
+        return module_from(DOCS / f"{name}.py")
 
 
 def module_from(path: Path) -> ModuleType:
