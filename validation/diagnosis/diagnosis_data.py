@@ -81,6 +81,12 @@ class Evidence:
     placebo_held_out_error_m: Placebos | None = None
     residual_memory: Change | None = None
 
+    @property
+    def is_rejected_by_turns(self) -> bool:
+        """Return whether turns that were not fitted are predicted worse with the finding than without it."""
+        before, after = self.held_out_error_m.before, self.held_out_error_m.after
+        return before is not None and after is not None and after > before
+
 
 @dataclass(frozen=True)
 class Finding:

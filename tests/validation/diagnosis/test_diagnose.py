@@ -51,7 +51,7 @@ from sssi_exudyn.validation.benchmark.scores import CaseResult, score, share
 from sssi_exudyn.validation.diagnosis import diagnose as diagnose_module
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem, diagnosis_problem, no_nuisances
 from sssi_exudyn.validation.diagnosis.diagnose import compare_again, diagnose
-from sssi_exudyn.validation.diagnosis.diagnosis_data import Alternative, Diagnosis, Finding
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Alternative, Change, Diagnosis, Evidence, Finding
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, responses_of
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import compare_hypotheses, extended_parameters
@@ -375,10 +375,14 @@ def test_which_ski_is_held_back_follows_from_loads_and_track(base: Any, side: fl
 def test_a_verdict_of_no_known_cause_is_more_probable_than_not() -> None:
     near: Any = SimpleNamespace(adequate=True)
 
-    def verdict(name: str, probability: float, **others: float) -> str:
+    def verdict(name: str, probability: float, after: float | None = 0.04, **others: float) -> str:
         alternatives = tuple(Alternative(rival, p) for rival, p in others.items())
         finding: Any = SimpleNamespace(
-            name=name, kind=BY_NAME[name].kind, probability=probability, alternatives=alternatives
+            name=name,
+            kind=BY_NAME[name].kind,
+            probability=probability,
+            alternatives=alternatives,
+            evidence=Evidence(Change(0.10, 0.014), Change(0.18, after), Change(5.0, 1.0)),
         )
         return verdict_of([finding], near, 0.0)
 
@@ -387,6 +391,8 @@ def test_a_verdict_of_no_known_cause_is_more_probable_than_not() -> None:
     assert verdict("unexplained_force", 0.43, load_dependent_friction=0.38) == "ambiguous"
     assert verdict("snow_patch", 0.5, unexplained_force=0.5) == "ambiguous"
     assert verdict("snow_patch", 0.9) == "explained"
+    assert verdict("snow_patch", 0.9, 0.19) == "ambiguous"  # turns that were not fitted reject it
+    assert verdict("snow_patch", 0.9, None) == "explained"
 
 
 @pytest.mark.long

@@ -178,14 +178,20 @@ def figures_of(linear: LinearModel, levels: NoiseLevels, residual: Array, left_o
 def verdict_of(
     findings: Sequence[Finding], near: Adequacy, nothing: float, thresholds: Thresholds = THRESHOLDS
 ) -> Outcome:
-    """Return the verdict on ``findings``, where nothing more is missing with the probability ``nothing``."""
+    """Return the verdict on ``findings``, where nothing more is missing with the probability ``nothing``.
+
+    A name is sure only where turns that were not fitted do not reject it.
+    """
     if not near.adequate or (not findings and nothing < thresholds.likely):
         return "not_adequate"
     if not findings:
         return "none"
     if any(_of_no_known_cause(f) > thresholds.unexplained for f in findings if f.kind == "unexplained"):
         return "unexplained"
-    sure = all(f.probability >= thresholds.sure and f.kind != "unexplained" for f in findings)
+    sure = all(
+        f.probability >= thresholds.sure and f.kind != "unexplained" and not f.evidence.is_rejected_by_turns
+        for f in findings
+    )
     return "explained" if sure else "ambiguous"
 
 

@@ -25,6 +25,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, disti
 from sssi_exudyn.validation.diagnosis.search.explanation import Round
 from sssi_exudyn.validation.diagnosis.search.search_result import Figures
 from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
+from sssi_exudyn.validation.diagnosis.wording.sentence import REJECTED
 
 _KMH: Final = 3.6
 """km/h of 1 m/s."""
@@ -79,7 +80,8 @@ def _of_finding(finding: Finding, model: Model, thresholds: Thresholds) -> list[
         if others
         else f"no other cause is as probable as {thresholds.worth_naming:.0%}"
     )
-    return [f"{_when(finding.where)} {words}", f"{certain[0].upper()}{certain[1:]}; {ruled_out}"]
+    rejected = [REJECTED] if finding.evidence.is_rejected_by_turns else []
+    return [f"{_when(finding.where)} {words}", f"{certain[0].upper()}{certain[1:]}; {ruled_out}", *rejected]
 
 
 def _when(where: Where | None) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, disti
 from sssi_exudyn.validation.diagnosis.search.explanation import Round
 from sssi_exudyn.validation.diagnosis.search.search_result import Figures
 from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
+
+REJECTED: Final = "Turns that were not fitted are met worse with it, so the name is not sure"
 
 
 def sentence_of(
@@ -72,7 +75,7 @@ def _clause(finding: Finding, model: Model, thresholds: Thresholds) -> str:
     words = when + BY_NAME[finding.name].sentence(finding.parameters, model)
     if finding.probability < thresholds.sure and finding.alternatives:
         words += f" ({finding.probability:.0%} probable; {list_alternatives(finding.name, finding.alternatives)})"
-    return words + "."
+    return f"{words}. {REJECTED}." if finding.evidence.is_rejected_by_turns else f"{words}."
 
 
 def list_alternatives(name: str, others: Sequence[Alternative]) -> str:

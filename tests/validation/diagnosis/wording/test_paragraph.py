@@ -14,11 +14,21 @@ from explanations import NOWHERE
 
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.diagnosis_data import Adequacy, Finding, Next, Number, Outcome, Smallest, Where
+from sssi_exudyn.validation.diagnosis.diagnosis_data import (
+    Adequacy,
+    Change,
+    Finding,
+    Next,
+    Number,
+    Outcome,
+    Smallest,
+    Where,
+)
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis
 from sssi_exudyn.validation.diagnosis.search.search_result import Figures
 from sssi_exudyn.validation.diagnosis.wording.paragraph import paragraph_of
+from sssi_exudyn.validation.diagnosis.wording.sentence import REJECTED
 
 NEAR, FAR = Adequacy(0.05, 0.2), Adequacy(6.0, 0.2)
 SMALLEST = {"gust": Smallest("w_f", 2.5, "m/s"), "snow_patch": Smallest("delta_mu_t", 0.0175, "1")}
@@ -68,6 +78,13 @@ def test_what_was_found_has_its_turns_time_size_and_probability(model: Model) ->
     assert "for more than 99% probable" in paragraph(model, "explained", gust(0.9999))
     assert "that speaks against it" in paragraph(model, "explained", gust(0.97), after=0.5)
     assert "are predicted to 0.40 m with and without it" in paragraph(model, "explained", gust(0.97), after=0.404)
+
+
+def test_turns_that_were_not_fitted_may_reject_a_name(model: Model) -> None:
+    finding = gust(0.97)
+    worse = replace(finding, evidence=replace(finding.evidence, held_out_error_m=Change(0.067, 0.076)))
+    assert REJECTED in paragraph(model, "ambiguous", worse)
+    assert REJECTED not in paragraph(model, "explained", finding)
 
 
 def test_an_ambiguous_finding_is_not_to_be_relied_on(model: Model) -> None:
