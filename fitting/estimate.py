@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time as clock
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -9,11 +10,12 @@ from typing import Final
 
 import numpy as np
 
+from sssi_exudyn.core.advance import Advance, part_of, silent
 from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import VELOCITY_F, VELOCITY_L, NumberRef
-from sssi_exudyn.fitting.first_fit import Fitted, Progress, fit, with_surface
+from sssi_exudyn.fitting.first_fit import Fitted, fit, with_surface
 from sssi_exudyn.fitting.linearised_run import Setting
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
 from sssi_exudyn.fitting.observations import observation_of
@@ -35,6 +37,8 @@ _UNSURE: Final = 1.0
 """m/s by which the velocity at the start may be wrong before the search begins at several."""
 _APART: Final = 1.3
 """Standard deviations between these."""
+_FIRST_SHARE: Final = 0.15
+"""Share of the computing that the first fit takes, roughly."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +74,7 @@ def estimate(
     comparing: bool = False,
     process: SurfaceProcess | None = None,
     cache: Cache | None = None,
-    progress: Progress | None = None,
+    progress: Advance = silent,
 ) -> Estimated:
     """Solve the problem with the reduced model, then estimate all that is uncertain, ``full`` or not judged by the full
     model.  An estimate for ``comparing`` hypotheses uses what these are compared by: instruments, each reading at its
@@ -82,22 +86,26 @@ def estimate(
 
     Raises SimulationDiverged when a simulation does.
     """
-    begin, say = clock.perf_counter(), progress or (lambda _fraction, _detail: None)
+    begin = clock.perf_counter()
     first = fit(problem, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
+    progress(_FIRST_SHARE, "")
     counted = problem.with_counts(counts_of(problem.track, first.residual))
     model, known, heading = _on_process(first.model, process), None, problem.model.heading
     heights, others = process is not None and model.surface is not None, other_starts(problem, recording)
+    again = heading.is_found or bool(others)
+    shares = np.linspace(_FIRST_SHARE, 1.0, (3 if again else 2) + len(others))
+    parts = iter([part_of(progress, *ends) for ends in itertools.pairwise(shares.tolist())])
 
     def roughly(model: Model) -> Posterior:
         return estimate_from(
             model, with_surface(counted, model), recording, motion,
-            full=False, comparing=comparing or bool(others), heights=heights, progress=progress,
+            full=False, comparing=comparing or bool(others), heights=heights, progress=next(parts),
         )  # fmt: skip
 
-    if heading.is_found or others:
+    if again:
         known = roughly(model)
         for i, other in enumerate(others, start=2):
-            say(None, f"start {i} of {len(others) + 1}: coarse fixes leave the velocity there open")
+            progress(None, f"start {i} of {len(others) + 1}: coarse fixes leave the velocity there open")
             try:
                 coarse = fit(other, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
                 known = max(
@@ -108,7 +116,7 @@ def estimate(
         model = replace(known.model, heading=heading)
     posterior = estimate_from(
         model, with_surface(counted, model), recording, motion,
-        known=known, full=full, comparing=comparing, heights=heights, cache=cache, progress=progress,
+        known=known, full=full, comparing=comparing, heights=heights, cache=cache, progress=list(parts)[-1],
     )  # fmt: skip
     seen, setting = posterior.setting.seen, posterior.setting
     x, y = (posterior.residual[seen.blocks[name]] for name in ("x", "y"))
@@ -162,7 +170,7 @@ def estimate_from(
     comparing: bool = False,
     heights: bool = False,
     cache: Cache | None = None,
-    progress: Progress | None = None,
+    progress: Advance = silent,
 ) -> Posterior:
     """Estimate all that is uncertain, from the numbers that the model has; with ``more`` numbers, or with other priors
     of the usual ones, by their names (several move together).  ``known`` is an estimate by whose errors of posture and
@@ -171,7 +179,6 @@ def estimate_from(
 
     Raises SimulationDiverged when a simulation does.
     """
-    say = progress or (lambda _fraction, _detail: None)
     model, setting = setting_of(model, problem, recording, motion, more, balanced=not comparing, heights=heights)
     seen = setting.seen
 
@@ -182,7 +189,7 @@ def estimate_from(
         return predicted
 
     judge = by_full_model if full else None
-    return find_posterior(model, setting, judge, lambda text: say(None, text), known, comparing=comparing)
+    return find_posterior(model, setting, judge, progress, known, comparing=comparing)
 
 
 def setting_of(

@@ -19,6 +19,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.contact.registry import is_carved
+from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
@@ -73,8 +74,6 @@ _COUNTING = 0.5
 """A fix that counts less says nothing of the noise of the others."""
 _UNSTEERED = Prior(0.7, 0.15)
 """Friction across skis of unknown heading, so that no slip shows it: between the published 0.55 and 0.9."""
-
-Progress = Callable[[float | None, str], None]
 
 
 @dataclass(frozen=True)
@@ -175,7 +174,7 @@ def fit(
     full: bool = True,
     coarse: bool = False,
     cache: Cache | None = None,
-    progress: Progress | None = None,
+    progress: Advance = silent,
 ) -> Fitted:
     """Solve the problem with the full model, or without ``full`` with the reduced one alone; ``coarse`` with long steps
     and a large tolerance, as always where most of the posture is assumed.  What the full model simulated and the
@@ -186,14 +185,13 @@ def fit(
     Raises SimulationDiverged when a simulation does.
     """
     begin = clock.perf_counter()
-    say = progress or (lambda _fraction, _detail: None)
     problem = replace(problem, model=replace(problem.model, heading=REPLAY))
     coarse = coarse or motion.foot_sigma is not None
     prepared = prepare(problem.model, motion, step=COARSE_STEP if coarse else STEP)
     enough = _COARSE_TOLERANCE if coarse else _tolerance(problem)
     if is_carved(problem.model.terms):
         enough = _CARVED_TOLERANCE
-    reduced = _cached_search(cache, motion, problem, prepared, say, enough if coarse else 10.0 * enough)
+    reduced = _cached_search(cache, motion, problem, prepared, progress, enough if coarse else 10.0 * enough)
     if method == "joint":  # the residual now tells what the noise is
         residual, _ = _reduced(problem, prepared, reduced.values)
         for _ in range(_ROUNDS):
@@ -202,11 +200,11 @@ def fit(
                 break  # otherwise fixes that are far off have bent the track by which they were found
             problem = problem.with_counts(counts)
             again = replace(problem, model=problem.model_at(reduced.values))
-            reduced = _cached_search(cache, motion, again, prepared, say, 10.0 * enough)
+            reduced = _cached_search(cache, motion, again, prepared, progress, 10.0 * enough)
             residual, _ = _reduced(problem, prepared, reduced.values)
         problem = problem.with_noise(_noise(problem, residual))
         again = replace(problem, model=problem.model_at(reduced.values))
-        reduced = _cached_search(cache, motion, again, prepared, say, enough)
+        reduced = _cached_search(cache, motion, again, prepared, progress, enough)
     _, sensitivity = _reduced(problem, prepared, reduced.values)
     curvature = problem.curvature(sensitivity)
     seen: dict[bytes, Array] = {}
@@ -215,7 +213,7 @@ def fit(
         key = values.tobytes()
         if key not in seen:
             seen[key] = full_residual(problem, motion, values, cache)
-            say(None, f"full model, evaluation {len(seen)}: {_description(problem, seen[key], values)}")
+            progress(None, f"full model, evaluation {len(seen)}: {_description(problem, seen[key], values)}")
         return seen[key]
 
     def evaluate(values: Array) -> tuple[float, Array, Array]:
@@ -252,16 +250,16 @@ def _noise(problem: Problem, residual: Array) -> ExponentialNoise:
 
 
 def _cached_search(
-    cache: Cache | None, motion: Motion, problem: Problem, prepared: Prepared, say: Progress, tolerance: float
+    cache: Cache | None, motion: Motion, problem: Problem, prepared: Prepared, progress: Advance, tolerance: float
 ) -> Optimum:
     """Return ``fit_reduced``, or what it returned before an interrupt."""
 
     def search() -> dict[str, np.ndarray]:
-        reduced_fit = fit_reduced(problem, prepared, say, tolerance=tolerance)
+        reduced_fit = fit_reduced(problem, prepared, progress, tolerance=tolerance)
         return {name: np.asarray(value) for name, value in asdict(reduced_fit).items()}
 
     if cache is None:
-        return fit_reduced(problem, prepared, say, tolerance=tolerance)
+        return fit_reduced(problem, prepared, progress, tolerance=tolerance)
     about = (problem.names, problem.priors, problem.weight, problem.counts, problem.track, model_to_dict(problem.model))
     shapes: Shapes = {
         "values": (len(problem.names),),
@@ -283,7 +281,7 @@ def _cached_search(
 def fit_reduced(
     problem: Problem,
     prepared: Prepared,
-    say: Progress = lambda _fraction, _detail: None,
+    progress: Advance = silent,
     *,
     tolerance: float | None = None,
 ) -> Optimum:
@@ -291,7 +289,7 @@ def fit_reduced(
 
     def evaluate(values: Array) -> tuple[float, Array, Array]:
         residual, sensitivity = _reduced(problem, prepared, values)
-        say(None, f"reduced model: {_description(problem, residual, values)}")
+        progress(None, f"reduced model: {_description(problem, residual, values)}")
         slope = problem.gradient(residual, sensitivity, values)
         return problem.value(residual, values), slope, problem.curvature(sensitivity)
 

@@ -24,6 +24,7 @@ import numpy as np
 from scipy.linalg import cho_solve
 
 from sssi_exudyn.contact.registry import is_carved
+from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import Freedom, LinearProblem, best_levels, log_evidence, precision
@@ -71,7 +72,10 @@ _KEPT: Final = 0.5
 """Share of the promised decrease of the misfit with which a step is taken."""
 _ROUGH: Final = 0.1
 """Share of the misfit that may be promised at the end of a search that has converged."""
-Say = Callable[[str], None]
+_CALMER: Final = 2.5
+"""Ratio of the moves of two rounds, one after the other, that is usual: the time left is predicted by it."""
+_JUDGED: Final = 2.0
+"""Rounds that are as long as a run of the full model and the round after it."""
 
 
 @dataclass(frozen=True)
@@ -159,7 +163,7 @@ def find_posterior(
     model: Model,
     setting: Setting,
     full: Callable[[Model], Array] | None = None,
-    say: Say = lambda _text: None,
+    say: Advance = silent,
     known: Posterior | None = None,
     *,
     comparing: bool = False,
@@ -197,9 +201,10 @@ def find_posterior(
         spread = np.sqrt(np.diag(solution.covariance))
         changes = (setting.values(point.model) - setting.values(before.model)) / spread
         moved = float(np.max(np.abs(np.concatenate([changes, point.sizes - before.sizes]))))
-        say(f"round {rounds}: moved by {moved:.2f} standard deviations, {_description(point.model)}")
+        share = _share_done(rounds, moved, _ROUGHLY if comparing else _SETTLED, judged=full is not None)
+        say(share, f"round {rounds}: moved by {moved:.2f} standard deviations, {_description(point.model)}")
         if full is not None and (moved < _STRAIGHT or rounds == ROUNDS - 1):
-            say("full model")
+            say(None, "full model")
             surplus = full(point.model) - (point.predicted - point.beyond)
             surplus[setting.seen.moments] = 0.0
             point = replace(point, predicted=point.predicted - point.beyond + surplus, beyond=surplus)
@@ -237,6 +242,14 @@ def _in_the_end(
     shares = {**solution.shares, MEASUREMENTS: np.sqrt(np.maximum(of_noise, 0.0))}
     wide = widening(setting.seen.usual, levels)
     return covariance * wide**2, {group: wide * share for group, share in shares.items()}
+
+
+def _share_done(rounds: int, moved: float, settled: float, *, judged: bool) -> float:
+    """Return roughly which share of a search is done after so many ``rounds``, the last of which ``moved`` so much;
+    ``judged`` says whether the full model has still to judge it.
+    """
+    more = np.clip(np.log(moved / settled) / np.log(_CALMER), 0.0, ROUNDS - rounds) if moved > 0.0 else 0.0
+    return float(rounds / (rounds + more + (_JUDGED if judged else 0.0)))
 
 
 def _ends(moved: float, bend: float, *, roughly: bool) -> bool:

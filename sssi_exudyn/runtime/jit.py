@@ -9,6 +9,8 @@ import contextlib
 from collections.abc import Callable
 from typing import Any
 
+from sssi_exudyn.runtime.compiling import compiling
+
 FAULT = ""
 """Reason why there is no compiler; empty where there is one."""
 
@@ -29,13 +31,16 @@ class _ForgivingCache:
         return getattr(self._cache, name)
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """Return the compiled function, or None."""
+        """Return the compiled function, or None; it is then compiled."""
+        kept = None
         try:
-            return self._cache.load_overload(signature, context)
+            kept = self._cache.load_overload(signature, context)
         except Exception:  # noqa: BLE001  a damaged pickle raises whatever its damage brings
             with contextlib.suppress(OSError):
                 self._cache.flush()
-            return None
+        if kept is None:
+            compiling()
+        return kept
 
 
 def njit(*given: Any, **options: Any) -> Any:

@@ -14,6 +14,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Final, TextIO
 
+from sssi_exudyn.runtime.compiling import when_compiling
+
 _REWRITE_EVERY: Final = 0.2
 """Time between rewritings on a terminal, s; an eye follows no faster."""
 LOG_EVERY: Final = 30.0
@@ -24,6 +26,7 @@ _LEAST_SHARE: Final = 0.02
 """Share of a stage from which its speed predicts the time left."""
 _LONG: Final = 10.0
 """Duration from which a stage announces its beginning, s."""
+_COMPILING: Final = "compiling the force laws, once for each set of laws on this computer: a minute or two"
 _CLEAR_LINE = "\r\x1b[K"
 Listener = Callable[[str, float | None, str], None]
 """Function called with a stage's name, the share done in [0, 1] (None where unknown) and a detail such as the error."""
@@ -45,6 +48,7 @@ class Stage:
     verbose: bool = False
     detail: str = ""
     fraction: float | None = None
+    _compiles: bool = field(init=False, default=False)
     _begin: float = field(init=False)
     _written: float = field(init=False, default=-float("inf"))
 
@@ -62,16 +66,25 @@ class Stage:
 
         Parameters
         ----------
-        fraction : share done in [0, 1]; None where it is unknown
+        fraction : share done in [0, 1]; None where there is no news of it
         detail : a text such as the current error, with its unit
         """
-        self.fraction, self.detail = fraction, detail
+        self.fraction, self.detail = self.fraction if fraction is None else fraction, detail
         if self.listener is not None:
             self.listener(self.name, fraction, detail)
         if self.stream is None or not (self._rewrites or self.verbose):
             return
         if self.clock() - self._written >= (_VERBOSE_EVERY if self.verbose else _REWRITE_EVERY):
             self.write()
+
+    def compile(self) -> None:
+        """Report once that the work waits for the compiler."""
+        if self._compiles:
+            return
+        self._compiles = True
+        self.advance(None, _COMPILING)
+        if self.stream is not None and not self._rewrites:
+            self._write(f"{self.name}: {_COMPILING}\n")
 
     def write(self) -> None:
         """Write how far the stage is."""
@@ -93,7 +106,7 @@ class Stage:
             return f"{about(since * (1.0 - fraction) / fraction)} left" if since >= _LONG else ""
         if self.expected is None or self.expected < _LONG:
             return ""
-        return f"{about(self.expected - since)} left" if since < self.expected else "longer than expected"
+        return f"{about(self.expected - since)} left" if since < self.expected else ""
 
     def end(self, word: str) -> None:
         """Write the stage's last line: its name, ``word``, how long it took and the last detail."""
@@ -124,7 +137,7 @@ class Progress:
         shown = None if self.stream is None else expected
         stage = Stage(name, self.stream, self.clock, self.listener, shown, self.verbose)
         stage.advance(None)
-        with _written_regularly(stage):
+        with _written_regularly(stage), when_compiling(stage.compile):
             try:
                 yield stage
             except BaseException:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from sssi_exudyn.core.advance import part_of
+from sssi_exudyn.runtime.compiling import compiling
 from sssi_exudyn.runtime.progress import Progress, Stage, about, progress_on_stderr
 from sssi_exudyn.runtime.provenance import provenance, versions
 
@@ -76,8 +78,38 @@ def test_the_expected_duration_gives_the_time_left_where_no_share_does() -> None
     assert log.getvalue().splitlines() == [
         "fit: begins, about 2 min",
         "fit: after 40 s, about 60 s left",
-        "fit: after 3 min 20 s, longer than expected",
+        "fit: after 3 min 20 s",  # nothing is known any more
     ]
+
+
+def test_a_share_stays_where_a_detail_brings_no_news_of_it() -> None:
+    log, clock = io.StringIO(), Clock()
+    stage = Stage("diagnose", log, clock, expected=100.0)
+    stage.advance(0.5)
+    clock.now = 300.0
+    stage.advance(None, "full model")
+    stage.write()
+    assert log.getvalue().splitlines()[-1] == "diagnose:  50 % after 5 min 0 s, about 5 min left (full model)"
+
+
+def test_the_share_of_a_part_is_one_of_the_whole() -> None:
+    log, clock = io.StringIO(), Clock()
+    stage = Stage("diagnose", log, clock)
+    part = part_of(part_of(stage.advance, 0.5, 1.0), 0.0, 0.5)
+    part(0.5, "half of the first half of the second")
+    assert stage.fraction == 0.625
+    part(None, "no news")
+    assert stage.fraction == 0.625
+
+
+def test_a_stage_says_once_that_it_waits_for_the_compiler() -> None:
+    log = io.StringIO()
+    with Progress(log, lambda: 0.0).stage("fit"):
+        compiling()
+        compiling()
+    compiling()  # nothing listens any more
+    begin = "fit: compiling the force laws, once for each set of laws on this computer"
+    assert len([line for line in log.getvalue().splitlines() if line.startswith(begin)]) == 1
 
 
 def test_short_stages_say_nothing_of_their_time() -> None:

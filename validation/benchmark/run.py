@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sssi_exudyn.core.advance import Advance
 from sssi_exudyn.core.choices import Concealed
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array
@@ -41,7 +42,6 @@ from sssi_exudyn.validation.benchmark.cases import Case, Made, Recorded, make, p
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.scores import CaseResult, Scores, score
 from sssi_exudyn.validation.benchmark.world import Instruments
-from sssi_exudyn.validation.diagnosis.context import Progress
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose, fit_without_findings
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Friction
 from sssi_exudyn.validation.diagnosis.search.explanation import Round
@@ -208,7 +208,7 @@ def run_benchmark(
     seed: int,
     full: int,
     workers: int,
-    progress: Progress,
+    progress: Advance,
     conceal: Concealed,
 ) -> Scores:
     """Make, seal, diagnose and score ``count`` cases into ``folder``, in ``workers`` processes.

@@ -18,6 +18,7 @@ from zlib import crc32
 
 import numpy as np
 
+from sssi_exudyn.core.advance import Advance
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array, level_to_enu
 from sssi_exudyn.core.new_files import make_folder
@@ -35,7 +36,6 @@ from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.provenance import provenance, source_digest
 from sssi_exudyn.validation.benchmark.known_answers import NOTHING
 from sssi_exudyn.validation.benchmark.scores import inside_90, overlap
-from sssi_exudyn.validation.diagnosis.context import Progress
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_delay import GpsDelay
@@ -248,7 +248,7 @@ def _answer(fault: str, names: Sequence[str], others: Sequence[str]) -> Verdict:
 
 
 def run_semi_real(
-    folder: Path, runs: Sequence[Stretch], *, sizes: Sequence[float], seed: int, progress: Progress
+    folder: Path, runs: Sequence[Stretch], *, sizes: Sequence[float], seed: int, progress: Advance
 ) -> list[Answer]:
     """Diagnose each run untouched and with every fault at every size, by the reduced model, into ``folder``.
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
+from sssi_exudyn.core.advance import Advance, part_of, silent
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import CLOCK_OFFSET, STIFFNESS, NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, fewer_columns
@@ -45,9 +46,6 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis, probes_by, responses_of
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
-Progress = Callable[[float | None, str], None]
-"""Takes the share that is done, where it is known, and what is being done."""
-
 STEP: Final = 0.01
 """s; steps of the reduced model.  They move a run's path by a centimetre against short ones, evenly for all
 explanations; what the full model predicts beyond is added to every prediction.
@@ -76,7 +74,7 @@ class DiagnosisProblem:
     measurements: Measurements
     fitting: Problem
     key: str
-    progress: Progress
+    progress: Advance
     cache: Cache | None
     hypotheses: tuple[Hypothesis, ...]
     thresholds: Thresholds = THRESHOLDS
@@ -100,6 +98,10 @@ class DiagnosisProblem:
         surface = self.ground.without_terms_of(model)
         return replace(model, surface=surface), np.array(surface.amounts)
 
+    def reporting(self, begin: float, end: float) -> DiagnosisProblem:
+        """Return the same for a part of the work, whose progress goes from ``begin`` to ``end`` of this one's."""
+        return replace(self, progress=part_of(self.progress, begin, end))
+
     def stamped_by(self, model: Model) -> Measurements:
         """Return the measurements as the model's clock has stamped them."""
         return self.measurements.stamped_by(model.start.clock_offset, self.motion.start, self.motion.stop)
@@ -115,15 +117,11 @@ class DiagnosisProblem:
         )
 
 
-def _silent(_share: float | None, _detail: str) -> None:
-    pass
-
-
 def diagnosis_problem(
     recording: Recording,
     motion: Motion,
     model: Model,
-    progress: Progress = _silent,
+    progress: Advance = silent,
     cache: Cache | None = None,
     *,
     hypotheses: Sequence[Hypothesis] = HYPOTHESES,

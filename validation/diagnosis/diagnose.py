@@ -8,7 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Final
 
+from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting.evidence import Freedom, LinearModel
 from sssi_exudyn.fitting.linear_fit import Refit
@@ -17,7 +19,7 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.simulation.full.run import simulate
-from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem, Progress, diagnosis_problem
+from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES, STEADY_LAWS
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import compare_hypotheses
@@ -46,6 +48,15 @@ from sssi_exudyn.validation.diagnosis.state import (
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 from sssi_exudyn.validation.diagnosis.wording.description import describe, figures_of
 
+_FIRST_SHARE: Final = 0.3
+"""Share of a search's computing that the first estimate takes, roughly."""
+_LAST_SHARE: Final = 0.1
+"""The same of the last estimate."""
+_ROUND: Final = 0.8
+"""Share that a round takes of what is left until the last estimate: most searches end after the first or the second."""
+_COMPARED: Final = 0.4
+"""Share of a round that the comparison of all hypotheses takes; the rivals' estimates take the rest."""
+
 
 def diagnose(
     recording: Recording,
@@ -54,7 +65,7 @@ def diagnose(
     *,
     full: bool = True,
     cache: Cache | None = None,
-    progress: Progress = lambda _share, _detail: None,
+    progress: Advance = silent,
     hypotheses: Sequence[Hypothesis] = HYPOTHESES,
     thresholds: Thresholds = THRESHOLDS,
 ) -> SearchResult:
@@ -65,14 +76,14 @@ def diagnose(
     Raises ValueError without a GPS, and SimulationDiverged when the model cannot be simulated.
     """
     problem = diagnosis_problem(recording, motion, model, progress, cache, hypotheses=hypotheses, thresholds=thresholds)
-    problem, state, first = first_fit(problem, full=full)
-    before = state.estimate
+    problem, state, first = first_fit(problem.reporting(0.0, _FIRST_SHARE), full=full)
+    problem, before = replace(problem, progress=progress), state.estimate
     about, rounds, accepted = _search(Reestimate(problem, state, first), full=full)
     if len(accepted) > 1:
         about, accepted = _confirm(about, first, rounds, accepted, full=full)
-    problem, state, base = about.problem, about.state, about.fit
+    problem, state, base = replace(about.problem, progress=progress), about.state, about.fit
     try:
-        after = last_estimate(problem, state, base, full=full)
+        after = last_estimate(problem.reporting(1.0 - _LAST_SHARE, 1.0), state, base, full=full)
     except SimulationDiverged as error:
         problem.progress(None, f"the last estimate is the search's: {error}")
         after = state.estimate
@@ -103,19 +114,23 @@ def _search(about: Reestimate, *, full: bool) -> tuple[Reestimate, list[Round], 
     about = replace(about, state=replace(state, first_evidence=rounds[0].nothing.log_evidence))
     accepted: list[Accepted] = []
     forms: list[Freedom] = []
+    share = _FIRST_SHARE
     while len(accepted) < thresholds.most_findings:
         problem, state, latest = about.problem, about.state, rounds[-1]
         allowed = thresholds.stands_out_again if accepted else thresholds.stands_out
         if latest.nothing.probability > allowed or not isinstance(latest.best, Refitted):
             break
+        begin, share = share, share + _ROUND * (1.0 - _LAST_SHARE - share)
+        refining = problem.reporting(begin + _COMPARED * (share - begin), share)
         try:
-            latest, estimates = estimate_rivals(problem, state, latest, full=full)
+            latest, estimates = estimate_rivals(refining, state, latest, full=full)
             latest, pair = _try_pair(latest, estimates, forms)
             best = latest.best
             if latest.nothing.probability > allowed or not isinstance(best, Refitted) or best.name not in estimates:
                 rounds[-1] = latest
                 break
             chosen = estimates[best.name]
+            chosen = replace(chosen, problem=replace(chosen.problem, progress=problem.progress))
             form, following = pair or _next_round(latest, best, chosen, forms)
         except SimulationDiverged as error:
             problem.progress(None, f"the search ends: with {latest.best.name} {error}")
@@ -135,7 +150,7 @@ def _confirm(
     first : the fit without any finding;  rounds : of the search, to which that round is added
     """
     names = sorted(finding.explanation.name for finding in accepted)
-    problem, state = about.problem, about.state
+    problem, state = about.problem.reporting(1.0 - _LAST_SHARE, 1.0 - _LAST_SHARE), about.state
     try:
         (problem, state), accepted = compare_again(problem, state, accepted, full=full)
     except SimulationDiverged as error:

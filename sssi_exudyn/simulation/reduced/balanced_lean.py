@@ -15,13 +15,13 @@ Air acts along the path and has no part in it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.core.advance import Advance
 from sssi_exudyn.core.frames import Array, cross
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import PostureCorrection
@@ -30,7 +30,6 @@ from sssi_exudyn.simulation.reduced.carved_run import Carved, carved_run
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.ski_on_snow.boot_joint import BootJoint
 
-Progress = Callable[[float | None, str], None]
 KNOTS: Final = 1.0
 """s between the knots of the lean: what is faster is the posture's own."""
 WINDOW: Final = 0.5
@@ -97,7 +96,7 @@ def balance(
     stop: float | None = None,
     joint: BootJoint | None = None,
     begin: Balanced | None = None,
-    progress: Progress | None = None,
+    progress: Advance | None = None,
 ) -> Balanced:
     """Return the lean that balances a run of the reduced model from the motion's start to ``stop`` (s; its end if
     None).

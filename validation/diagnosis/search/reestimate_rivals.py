@@ -72,13 +72,14 @@ def estimate_rivals(
     weighed: dict[str, Nothing | Refitted] = {}
     rivals = _rivals(latest)
 
-    def add(explanation: Nothing | Refitted) -> None:
-        name = explanation.name
-        weighed[name], estimates[name] = estimate(problem, state, latest, explanation, full=full)
+    def add(explanation: Nothing | Refitted, begin: float, end: float) -> None:
+        name, part = explanation.name, problem.reporting(begin, end)
+        weighed[name], about = estimate(part, state, latest, explanation, full=full)
+        estimates[name] = replace(about, problem=replace(about.problem, progress=problem.progress))
 
-    for rival in rivals:
+    for i, rival in enumerate(rivals):
         try:
-            add(rival)
+            add(rival, i / len(rivals), (i + 1) / len(rivals))
         except SimulationDiverged:
             if rival is latest.best:
                 raise
@@ -92,7 +93,7 @@ def estimate_rivals(
     following = latest.ranked(_in_free_form(explanations, free_forms))
     best = following.best
     if isinstance(best, Refitted) and not best.has_law and best.name not in estimates:
-        add(next(explanation for explanation in latest.refitted if explanation.name == best.name))
+        add(next(explanation for explanation in latest.refitted if explanation.name == best.name), 1.0, 1.0)
         following = latest.ranked(_in_free_form(_with_estimates(latest, rivals, weighed), free_forms))
     return following, estimates
 

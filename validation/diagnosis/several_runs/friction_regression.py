@@ -22,6 +22,7 @@ import numpy as np
 from sssi_exudyn.contact.maths import ArrayMath
 from sssi_exudyn.contact.term import FootState
 from sssi_exudyn.contact.terms.friction_law import POWERS, VARIABLES, FrictionLaw
+from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.core.quantity import quantities
@@ -178,7 +179,7 @@ def probability_of_sum(
 def find_law(
     runs_alone: Sequence[SeparateFit],
     explanations: Sequence[DayExplanation],
-    progress: Callable[[float | None, str], None] = lambda _share, _detail: None,
+    progress: Advance = silent,
 ) -> tuple[FoundLaw, tuple[SeparateFit, ...]]:
     """Return the most probable sum of products next to the day's ``explanations`` and, if offered, every run fitted
     with it.

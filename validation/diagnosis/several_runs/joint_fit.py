@@ -20,6 +20,7 @@ import numpy as np
 from scipy.linalg import block_diag, cho_solve
 
 from sssi_exudyn.contact.term import Term
+from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import FRICTION, NumberRef
@@ -284,9 +285,7 @@ def responses(runs_alone: Sequence[SeparateFit], laws: Sequence[Law]) -> list[li
     return by_run
 
 
-def compare_for_day(
-    runs_alone: Sequence[SeparateFit], progress: Callable[[float | None, str], None] = lambda _share, _detail: None
-) -> list[DayExplanation]:
+def compare_for_day(runs_alone: Sequence[SeparateFit], progress: Advance = silent) -> list[DayExplanation]:
     """Compare everything that can act on all runs alike, and nothing, the most probable first; without a law whose fit
     to all is physically impossible.
 

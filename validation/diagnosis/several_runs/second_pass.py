@@ -14,7 +14,7 @@ A place is what both find on a map, from their fixes; heights, by which receiver
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from sssi_exudyn.contact.term import Term
+from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu, slope_to_level
 from sssi_exudyn.core.number_ref import NumberRef
@@ -155,9 +156,7 @@ class _Known:
     numbers: dict[str, Prior]
 
 
-def ask_other_runs(
-    ends: Mapping[str, SearchEnd], progress: Callable[[float | None, str], None] = lambda _share, _detail: None
-) -> tuple[SamePlace, ...]:
+def ask_other_runs(ends: Mapping[str, SearchEnd], progress: Advance = silent) -> tuple[SamePlace, ...]:
     """Ask the other runs about every finding of each run, by the runs' names, that may keep to its place and may be
     something else, where they passed that place.
     """
