@@ -33,6 +33,7 @@ check: $(VENV)/.installed-dev
 	$(BIN)/mypy --config-file tests/signatures.ini --cache-dir .mypy_cache/tests tests
 	$(BIN)/lint-imports
 	$(BIN)/pylint --disable=all --enable=duplicate-code sssi_exudyn
+	$(BIN)/python docs/prose.py
 
 format: $(VENV)/.installed-dev
 	$(BIN)/ruff check --fix .

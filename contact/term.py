@@ -50,7 +50,7 @@ class PointState:
 
 @dataclass(frozen=True)
 class PointTerm(Term):
-    """The snow's push on one contact point, along its normal.
+    """A term of this kind is the snow's force on one contact point, along its normal.
 
     Examples
     --------
@@ -103,7 +103,7 @@ class FootState:
 
 @dataclass(frozen=True)
 class FootTerm(Term):
-    """The snow's drag on a foot, in the snow's tangent plane.
+    """A term of this kind is the snow's drag on a foot, in the tangent plane of the snow.
 
     Examples
     --------
@@ -148,7 +148,7 @@ class SegmentState:
 
 @dataclass(frozen=True)
 class SegmentTerm(Term):
-    """The air's push on a body segment, at its centre of mass.
+    """A term of this kind is the air's force on a body segment, at its centre of mass.
 
     Examples
     --------
@@ -185,7 +185,7 @@ class PlaceState:
 
 @dataclass(frozen=True)
 class WindTerm(Term):
-    """Motion of the air over the ground.
+    """A term of this kind moves the air over the ground.
 
     Examples
     --------
@@ -213,7 +213,7 @@ class WindTerm(Term):
 
 @dataclass(frozen=True)
 class TerrainTerm(Term):
-    """Shape of the snow surface over the mean slope plane.
+    """A term of this kind shapes the snow surface over the mean slope plane.
 
     Examples
     --------
@@ -256,7 +256,7 @@ class BodyState:
 
 @dataclass(frozen=True)
 class BodyTerm(Term):
-    """A force on the skier's centre of mass, or at his hands, which moves him the same.
+    """A term of this kind is a force on the skier's centre of mass, or at the hands, which moves the skier the same.
 
     Examples
     --------

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from typing import Any, Final
 
-from griffe import Extension, Object
+from griffe import ExprSubscript, ExprTuple, Extension, Function, Object
 
 _SECTIONS: Final = ("Parameters", "Attributes")
 _ENTRY: Final = re.compile(r"^(\*{0,2}\w[\w, *]*) : (.*)$")
@@ -20,6 +20,14 @@ class PlainDocstrings(Extension):
     def on_object(self, *, obj: Object, **_: Any) -> None:
         if obj.docstring is not None:
             obj.docstring.value = numpydoc(obj.docstring.value)
+
+    def on_function(self, *, func: Function, **_: Any) -> None:
+        """Show a parameter's type without what its annotation says to the command line."""
+        for parameter in func.parameters:
+            annotation = parameter.annotation
+            if isinstance(annotation, ExprSubscript) and str(annotation.left) == "Annotated":
+                inner = annotation.slice
+                parameter.annotation = inner.elements[0] if isinstance(inner, ExprTuple) else inner
 
 
 def numpydoc(text: str) -> str:

@@ -16,6 +16,7 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
@@ -157,6 +158,18 @@ def notebook_page(name: str) -> str:
     return "\n\n".join([*parts, f"The notebook is `examples/{name}.ipynb`; {where}."]) + "\n"
 
 
+def draw_panel(block: Any, axes: Any) -> None:
+    """Draw the first panel of a figure of the report with its title and legend, which the report shows around it."""
+    from sssi_exudyn.reports.plots import COLOURS
+
+    block.panels[0].draw(axes)
+    axes.set_title(block.panels[0].title)
+    for key in block.keys:
+        colour = "black" if key.colour is None else COLOURS[key.colour]
+        axes.plot([], [], key.style, color=colour, label=key.meaning)
+    axes.legend(fontsize="small")
+
+
 def make_gallery() -> None:
     """Make the pictures of the gallery, from a fit of the whole run of the beginner; it takes a minute."""
     import matplotlib as mpl
@@ -167,6 +180,7 @@ def make_gallery() -> None:
     import sssi_exudyn
     from sssi_exudyn import commands
     from sssi_exudyn.reports import plots
+    from sssi_exudyn.reports.section import Panels
     from sssi_exudyn.reports.sections.curve_figures import figure_5, figure_8
     from sssi_exudyn.reports.sections.track_figures import figure_6
 
@@ -186,9 +200,8 @@ def make_gallery() -> None:
     save("track", run.plot_track)
     save("loads", run.plot_loads)
     for name, section in (("from_above", figure_6), ("angles", figure_5), ("moments", figure_8)):
-        panels = [block for block in section([run.stored]).blocks if hasattr(block, "panels")]
-        drawn = panels[0].panels[0]
-        save(name, drawn.draw, (5.0, 6.0) if name == "from_above" else (7.0, 3.6))
+        (block,) = [block for block in section([run.stored]).blocks if isinstance(block, Panels)]
+        save(name, partial(draw_panel, block), (5.0, 6.0) if name == "from_above" else (7.0, 3.6))
 
     def speeds(axes: Any) -> None:
         for colour, mu_t in zip(plots.COLOURS, (0.04, 0.08, 0.12), strict=False):

@@ -44,7 +44,7 @@ CUTTING: Final = {
     NumberRef("carving.strength"): Prior(4e5, 1e5),
 }
 """The same where edges cut: friction widely, hardness and strength about a firm piste's
-(``docs/notebook/carving.md``)."""
+(``docs/theory/carving.md``)."""
 _START: Final = {
     START_F: (3.0, 1.0),
     START_L: (3.0, 1.0),

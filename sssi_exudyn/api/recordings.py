@@ -120,8 +120,9 @@ def import_files(
 
     Parameters
     ----------
-    files : a motion capture, or PLACE=FILE of sensors (gyroscope and accelerometer may be two of a place); and files of
-        fixes, insoles, poles; or an app's export, a folder or .zip; or, on the command line, a folder of many runs
+    files : a motion capture, or PLACE=FILE of sensors (gyroscope and accelerometer may be two files of a place).  Files
+        of fixes, insoles and poles may follow.  It may also be an app's export, a folder or .zip, or on the command
+        line a folder of many runs.
     out : the recording's folder, of a day the folder of its runs.  It is made here.
     run : which descent of a track that holds several, from 1; without it the command line imports all of them
     defaults : a file of answers, such as mass_kg = 71

@@ -49,7 +49,7 @@ _LONGEST: Final = 1500
 
 @dataclass(frozen=True, repr=False)
 class Result:
-    """One run: its figures, series, model, and what was measured.
+    """A result is one run with its figures, its series, its model, and what was measured.
 
     Attributes
     ----------

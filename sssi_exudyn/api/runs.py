@@ -134,7 +134,7 @@ def fit(
     recording : the recording: a folder with recording.toml.  It may be a ``Recording`` too.
     out : folder of the result.  Without one, Python writes nothing; with one, an interrupted fit goes on when it is
         called again.
-    method : friction with all that is uncertain, or the paper's two parameters alone.  It is ``"joint"`` or
+    method : friction with everything else that is uncertain, or the paper's two parameters alone.  It is ``"joint"`` or
         ``"paper"``.
     model : further force terms, such as those that a diagnosis found.  It is a model or its ``model.toml``.
     terms : force terms to add, by name with their default numbers (sssi terms).  Objects add terms of your own.

@@ -16,7 +16,7 @@ from sssi_exudyn.sweeps.sweep import Status, read_swept, render_folder, status
 
 @dataclass(frozen=True, repr=False)
 class SweepResult:
-    """The sweep in a folder.
+    """A result of a sweep reads the folder that the sweep has written.
 
     Examples
     --------

@@ -12,7 +12,7 @@ _LONGEST: Final = 1000
 
 
 class SssiError(Exception):
-    """An error that the user can read about in one line.
+    """The program raises this error with one line that a user can act on.
 
     Examples
     --------
@@ -27,7 +27,7 @@ class SssiError(Exception):
 
 
 class InputError(SssiError):
-    """Bad input.  The error names the file, the place in it, what is wrong and how to fix it.
+    """The input is bad: the error names the file, the place in it, what is wrong and how to fix it.
 
     The message is one printable line of bounded length, whatever the file and its name hold.
 

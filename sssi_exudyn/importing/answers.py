@@ -12,7 +12,7 @@ from sssi_exudyn.core.command_line import Option
 
 @dataclass(frozen=True)
 class Answers:
-    """Facts that files do not hold, in the units of ``recording.toml``; None where unknown.
+    """Answers give the facts that files do not hold, in the units of ``recording.toml``; None where unknown.
 
     The command line has an option of the same name for each, such as ``--mass-kg`` (``AnswerOptions``).  Usual values
     are assumed for skier, equipment, the receiver's place and its accuracy, and reported as assumed

@@ -95,11 +95,11 @@ MOTION_READERS: Final[dict[str, Callable[[Path, float | None], Read]]] = {
 
 @dataclass(frozen=True)
 class MotionReader:
-    """A plug-in's reader of motion captures.
+    """A reader of this kind lets a plug-in read motion captures.
 
     suffix : suffix of its files, with the dot
-    read : function of a file and the skier's height (m, None where unknown); it returns the capture and the UTC of its
-        time 0 (s since 1970, None where the file does not have it)
+    read : function of a file and the skier's height (m, None where unknown).  It returns the capture and the UTC of its
+        time 0 (s since 1970, None where the file does not have it).
 
     Examples
     --------

@@ -80,7 +80,7 @@ class Solver:
 
 @dataclass(frozen=True, repr=False)
 class Model:
-    """Everything that is simulated except the movement.
+    """A model holds everything that is simulated except the movement.
 
     inclination, fall_line_azimuth : rad
     terms : the laws that act, in the order in which their forces are reported
@@ -123,7 +123,7 @@ class Model:
 
     @property
     def friction(self) -> AnisotropicFriction:
-        """The friction of the snow."""
+        """Return the friction of the snow."""
         friction = self.term(AnisotropicFriction.name)
         assert isinstance(friction, AnisotropicFriction)
         return friction

@@ -132,7 +132,7 @@ class Heading:
 
 @dataclass(frozen=True, repr=False)
 class Recording:
-    """One run of one skier, checked and on one clock (s from the start of the recording).
+    """A recording is one run of one skier, checked and on one clock (s from the start of the recording).
 
     Attributes
     ----------

@@ -383,7 +383,7 @@ class CarvingFigures:
 
 @dataclass(frozen=True, repr=False)
 class Summary:
-    """All figures of a result.
+    """The summary holds all figures of a result.
 
     recording : the recording's name
     diverged : why the simulation stopped before the end; null where it did not

@@ -73,7 +73,7 @@ def test_every_public_name_has_its_place_and_no_other() -> None:
     assert sorted(shown) == sorted(sssi_exudyn.__all__)
 
 
-@pytest.mark.parametrize("page", (DOCS / "guide").glob("*.md"), ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", sorted((DOCS / "guide").glob("*.md")), ids=lambda page: page.stem)
 def test_guide_pages_are_short(page: Path) -> None:
     # what takes longer than five minutes to read is theory, or belongs into the notebook
     assert len(page.read_text(encoding="utf-8").split()) < 900

@@ -319,10 +319,10 @@ class Version:
 
 @dataclass(frozen=True, repr=False)
 class Diagnosis:
-    """What physics was left out of a model of a recorded run, or which instrument is at fault.
+    """A diagnosis says what physics the model of a recorded run lacks, or which instrument is at fault.
 
-    verdict : "none" where nothing is missing, "explained", "ambiguous" where several names remain, "unexplained" where
-        more probably than not no known cause is behind what was found, "not_adequate" where the recording cannot tell
+    verdict : "none" where nothing is missing, "explained", or "ambiguous" where several names remain.  "unexplained"
+        says that probably no known cause is behind what was found; "not_adequate" that the recording cannot tell.
     smallest_noticed : by hypothesis, from which size on it would have been noticed with all findings in the model
     next : what to measure, where names remain or the recording cannot tell, the most promising first
     friction_averaged : mu_t and mu_n over all explanations, each as probable as it was found to be

@@ -103,7 +103,7 @@ READERS: Final[dict[str, Callable[[Path], Fixes]]] = {
 
 @dataclass(frozen=True)
 class FixReader:
-    """A plug-in's reader of a receiver's fixes.
+    """A reader of this kind lets a plug-in read the fixes of a receiver.
 
     suffix : suffix of its files, with the dot;  read : function that reads the fixes of a file
 

@@ -24,7 +24,7 @@ Mask = NDArray[np.bool_]
 _PUBLISHED: Final = (
     "No measurement of these forces in skiing is known. Instrumented knees carry 2.5 to 2.8 body weights in walking, "
     "3.2 to 3.5 down stairs, 4.2 in jogging and 4.3 in tennis (D'Lima et al., Arthritis Res. Ther. 15 (2013) ar4138). "
-    "What can be compared and what cannot is in docs/theory/muscles.md."
+    "What can be compared and what cannot is in docs/notebook/muscles.md."
 )
 
 

@@ -22,7 +22,7 @@ from sssi_exudyn.simulation.turns.steady_turn import (
     steady_turn,
 )
 
-_ESTIMATE: Final = "estimate: two pistes of one morning"
+_ESTIMATE: Final = "estimate: the spread between two pistes on the same morning"
 
 
 @dataclass(frozen=True)

@@ -273,7 +273,7 @@ class Everywhere(Hypothesis):
 
 
 class SteadyLaw(Everywhere):
-    """A law of physics that acts all the time, and on all runs of a day alike.
+    """A hypothesis of this kind is a law that acts all the time, and on all runs of a day alike.
 
     Examples
     --------
