@@ -49,7 +49,9 @@ def behind(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, Callable[..., Any]
         @wraps(function)
         def called(*places: Any, **names: Any) -> Any:
             value = function(*places, **names)
-            return SimpleNamespace(summary=value, diagnosis=value) if isinstance(value, Summary | Diagnosis) else value
+            if not isinstance(value, Summary | Diagnosis):
+                return value
+            return SimpleNamespace(summary=value, diagnosis=value, folder=Path("res"))
 
         changed = [
             replace(command, call=called) if command.function.__name__ == name else command
@@ -73,11 +75,18 @@ def test_summary_goes_to_stdout_as_text_or_json(
 ) -> None:
     behind(name, lambda *_, **__: SUMMARY)
     assert status(COMMANDS[name]) == 0
-    text = capsys.readouterr()
-    assert "little hill" in text.out
-    assert "0.06123 ± 0.001" in text.out
-    assert "null" not in text.out
-    assert "None" not in text.out
+    answer = capsys.readouterr().out.splitlines()
+    assert len(answer) == 5
+    assert answer[0] == "little hill: μ_t 0.061 (± 0.001)"
+    assert "track 0.250 m" in answer[2]
+    assert answer[3].startswith("verdict: ")
+    assert "res/report.html" in answer[4]
+    assert status([*COMMANDS[name], "--verbose"]) == 0
+    text = capsys.readouterr().out
+    assert "0.06123 ± 0.001" in text
+    assert text.endswith("\n".join(answer) + "\n")
+    assert "null" not in text
+    assert "None" not in text
     assert status([*COMMANDS[name], "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == summary_to_dict(SUMMARY)
 
@@ -215,11 +224,20 @@ def test_terms_are_a_table(behind: Callable[..., None], capsys: pytest.CaptureFi
     assert capsys.readouterr().out == "name      low\nfriction  0.01\nair       0.5\n"
 
 
-def test_a_diagnosis_is_a_sentence_or_its_file(behind: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_diagnosis_is_an_answer_a_sentence_or_its_file(
+    behind: Callable[..., None], capsys: pytest.CaptureFixture[str]
+) -> None:
     diagnosis = replace(diagnosis_of(), sentence="nothing is missing")
     behind("diagnose", lambda *_, **__: diagnosis)
     assert status(["diagnose", "rec", "--out", "res"]) == 0
-    assert capsys.readouterr().out == "none: nothing is missing\n"
+    answer = capsys.readouterr().out
+    first, *tiles, page = answer.splitlines()
+    assert first == "hill: none"
+    names = [tile.partition(":")[0] for tile in tiles]
+    assert names == ["where", "what", "how sure", "how much better", "what next"]
+    assert "res/report.html" in page
+    assert status(["diagnose", "rec", "--out", "res", "--verbose"]) == 0
+    assert capsys.readouterr().out == f"nothing is missing\n{answer}"
     assert status(["diagnose", "rec", "--out", "res", "--json"]) == 0
     assert convert(json.loads(capsys.readouterr().out), Diagnosis) == diagnosis
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Final
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import plot_text
-from sssi_exudyn.recording.inspection import Inspection, inspect_recording, picture, plot_inspection, save_picture
+from sssi_exudyn.recording.inspection import Inspection, inspect_recording
+from sssi_exudyn.recording.inspection_plot import picture, plot_inspection, save_picture
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Elevations, Recording
 from sssi_exudyn.runtime.progress import Progress
@@ -25,19 +26,22 @@ SILENT: Final = Progress()
 
 
 def inspect(folder: Path, out: Path | None = None) -> Inspection:
-    """Inspect a recording: durations, rates, gaps, overlaps, estimated slope and heading, the snow surface.
+    """Inspect a recording: turns, durations, rates, gaps, overlaps, estimated slope and heading, the snow surface.
 
     Draws it into the picture ``out`` if given.
     """
+    from sssi_exudyn.analysis.skiing import skiing_of
+
     recording = read_recording(folder)
+    skiing = skiing_of(recording)
     if out is not None:
-        plot_inspection(recording, out)
+        plot_inspection(recording, out, () if skiing is None else skiing.turns)
     snow = _snow(recording)
     if snow is None:
-        return inspect_recording(recording)
+        return inspect_recording(recording, skiing=skiing)
     from sssi_exudyn.terrain.profile import surface_figures
 
-    return inspect_recording(recording, surface_figures(*snow))
+    return inspect_recording(recording, surface_figures(*snow), skiing)
 
 
 def terrain(

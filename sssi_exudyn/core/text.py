@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import difflib
 import io
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import fields
 from typing import Any, Final
@@ -42,6 +43,12 @@ def csv_cell(value: object) -> object:
     Source: OWASP, CSV Injection.
     """
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
+
+
+def plus_minus(value: float, spread: float) -> str:
+    """Return ``value ± spread``, both to the first significant digit of a positive spread."""
+    digits = max(0, -math.floor(math.log10(spread)))
+    return f"{value:.{digits}f} ± {spread:.{digits}f}"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.text import plot_text
-from sssi_exudyn.io.writing import check_file_name, write_atomically
+from sssi_exudyn.core.text import plus_minus
+from sssi_exudyn.recording.read import NOT_GIVEN
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.recording.slope_and_heading import estimate_slope_and_heading
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from sssi_exudyn.terrain.profile import SurfaceFigures
-
-_PICTURES: Final = (".png", ".svg", ".pdf")
 
 
 @dataclass(frozen=True)
@@ -49,8 +41,33 @@ class Comparison:
 
 
 @dataclass(frozen=True)
+class TurnSpan:
+    """One turn of the track, between two transitions."""
+
+    side: Literal["left", "right"]
+    start_s: float
+    stop_s: float
+
+
+@dataclass(frozen=True)
+class Skiing:
+    """Turns and speed of the track.
+
+    crop_start_s, crop_stop_s : the stretch with turns; None where hardly anything lies outside it
+    """
+
+    turns: tuple[TurnSpan, ...]
+    top_speed_mps: float
+    crop_start_s: float | None
+    crop_stop_s: float | None
+
+
+@dataclass(frozen=True)
 class Inspection:
-    """The content of a recording; every figure has its unit in its name."""
+    """The content of a recording; every figure has its unit in its name.
+
+    skiing : turns and speed of the track; None without fixes
+    """
 
     name: str
     folder: str
@@ -66,9 +83,12 @@ class Inspection:
     setting: tuple[Comparison, ...]
     notices: tuple[str, ...]
     surface: SurfaceFigures | None = None
+    skiing: Skiing | None = None
 
 
-def inspect_recording(recording: Recording, surface: SurfaceFigures | None = None) -> Inspection:
+def inspect_recording(
+    recording: Recording, surface: SurfaceFigures | None = None, skiing: Skiing | None = None
+) -> Inspection:
     """Gather the content of a recording; ``surface`` is the snow surface that the fixes' heights show.
 
     Lengths and means are over the stretch that all instruments cover.
@@ -105,87 +125,75 @@ def inspect_recording(recording: Recording, surface: SurfaceFigures | None = Non
         setting=_compare(recording),
         notices=recording.notices,
         surface=surface,
+        skiing=skiing,
     )
 
 
 def format_inspection(inspection: Inspection) -> str:
-    """Return the inspection as lines of text for a terminal."""
-    lines = [f"{inspection.name}  ({inspection.folder})", ""]
+    """Return the inspection as lines of text for a terminal: the run first, then its instruments and its setting."""
+    seconds = inspection.stop_s - inspection.start_s
+    lines = [f"{inspection.name}: {seconds:.1f} s that all instruments cover{_skiing_text(inspection)}"]
+    lines += _crop_text(inspection)
     lines += [
         f"  {one.name:<9}{one.start_s:8.2f} to {one.stop_s:.2f} s  {one.samples:6d} samples"
         f"  {one.rate_hz:6.1f} Hz  longest step {one.longest_step_s:.3f} s"
         for one in inspection.instruments
     ]
-    lines.append(f"  together {inspection.start_s:8.2f} to {inspection.stop_s:.2f} s")
     if inspection.track_length_m is not None:
         lines.append(
             f"  track    {inspection.track_length_m:8.1f} m long, {inspection.drop_m:.1f} m down,"
-            f" {inspection.mean_speed_mps:.1f} m/s on average, fixes ± {inspection.fix_sigma_m:.3g} m"
+            f" fixes ± {inspection.fix_sigma_m:.3g} m"
         )
     if inspection.mean_load_N is not None:
         dead = ", ".join(inspection.dead_cells) or "none"
         lines.append(f"  feet     {inspection.mean_load_N:8.0f} N on average, dead cells: {dead}")
-    lines.append("")
-    for item in inspection.setting:
-        source = "given" if item.given else "estimated"
-        line = f"  {item.name:<18}{item.used_deg:8.2f}° {source}"
-        if item.given and item.estimate_deg is not None:
-            line += f"; from motion and fixes {item.estimate_deg:.2f} ± {item.sigma_deg:.2f}°"
-        elif item.sigma_deg is not None:
-            line += f", ± {item.sigma_deg:.2f}°"
-        lines.append(line)
+    lines += [_setting_text(item) for item in inspection.setting]
     if inspection.surface is not None:
-        lines += ["", "  " + format_surface(inspection.surface)]
-    if inspection.notices:
-        lines += ["", *(f"  note: {notice}" for notice in inspection.notices)]
+        lines.append("  " + format_surface(inspection.surface))
+    # what was estimated stands above
+    lines += [f"  note: {notice}" for notice in inspection.notices if NOT_GIVEN not in notice]
     return "\n".join(lines) + "\n"
+
+
+def _skiing_text(inspection: Inspection) -> str:
+    """Return turns and speed, as the end of a line."""
+    skiing, words = inspection.skiing, []
+    if skiing is not None:
+        left = sum(turn.side == "left" for turn in skiing.turns)
+        words.append(f"{len(skiing.turns)} turns ({left} left, {len(skiing.turns) - left} right)")
+    if inspection.mean_speed_mps is not None:
+        most = "" if skiing is None else f", {skiing.top_speed_mps:.1f} m/s at most"
+        words.append(f"{inspection.mean_speed_mps:.1f} m/s on average{most}")
+    return "".join(f", {word}" for word in words)
+
+
+def _crop_text(inspection: Inspection) -> list[str]:
+    """Return the suggested crop in a line; none where the recording is all skiing."""
+    skiing = inspection.skiing
+    if skiing is None or skiing.crop_start_s is None or skiing.crop_stop_s is None:
+        return []
+    crop = f"{skiing.crop_start_s:.1f} to {skiing.crop_stop_s:.1f} s"
+    return [f"  suggested crop: {crop}, from the first turn to the last; before and after it the skier does not turn"]
+
+
+def _setting_text(item: Comparison) -> str:
+    """Return a number that is used, with its estimate where there is one, to the digits that its error justifies."""
+    name = f"  {item.name:<18}"
+    estimate = "" if item.estimate_deg is None or not item.sigma_deg else plus_minus(item.estimate_deg, item.sigma_deg)
+    if item.given:
+        return f"{name}{item.used_deg:g}° given" + (f"; motion and fixes say {estimate}°" if estimate else "")
+    return f"{name}{estimate or f'{item.used_deg:.1f}'}° estimated"
 
 
 def format_surface(surface: SurfaceFigures) -> str:
     """Describe the snow surface in one line."""
     source = "this run" if surface.runs == 1 else f"{surface.runs} runs"
     return (
-        f"snow      {surface.lowest_m:+.2f} to {surface.highest_m:+.2f} m about the slope's plane,"
+        f"snow     {surface.lowest_m:+.2f} to {surface.highest_m:+.2f} m about the slope's plane,"
         f" ± {surface.band_m:.2f} m,"
         f" {surface.inclination_least_deg:.1f} to {surface.inclination_most_deg:.1f}° steep along the path;"
         f" from the heights of {source}"
     )
-
-
-def plot_inspection(recording: Recording, path: Path) -> None:
-    """Draw track with fall line, altitude, insole totals and the instruments' sampling into an image file.
-
-    ``path`` ends in .png, .svg or .pdf.  Raises InputError for another ending, and where it cannot be written.
-    """
-    figure = picture(path, (11.0, 8.0))
-    panels = figure.subplots(2, 2)
-    _draw_track(panels[0, 0], recording)
-    _draw_altitude(panels[0, 1], recording)
-    _draw_load(panels[1, 0], recording)
-    _draw_sampling(panels[1, 1], recording)
-    figure.suptitle(plot_text(recording.name))
-    save_picture(figure, path)
-
-
-def picture(path: Path, size: tuple[float, float]) -> Figure:
-    """Return an empty figure (inches) for an image file.  Raises InputError where ``path`` does not end as one."""
-    check_file_name(path)
-    if path.suffix.lower() not in _PICTURES or path.is_dir():
-        problem = "this is a folder" if path.is_dir() else f"{path.suffix!r} is no picture format"
-        raise InputError(path, "", problem, "write a .png, .svg or .pdf")
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # here: only drawing needs them
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def save_picture(figure: Figure, path: Path) -> None:
-    """Write a figure to a file.  Raises InputError where the file cannot be written."""
-    content = io.BytesIO()
-    figure.savefig(content, format=path.suffix.lower().removeprefix("."), dpi=120)
-    write_atomically(path, content.getvalue())
 
 
 def _instrument(name: str, time: Array) -> Instrument:
@@ -219,43 +227,3 @@ def _compare(recording: Recording) -> tuple[Comparison, ...]:
         estimate_deg, sigma_deg = (None, None) if estimate is None else map(float, np.rad2deg(estimate))
         rows.append(Comparison(name, float(np.rad2deg(value)), not estimated, estimate_deg, sigma_deg))
     return tuple(rows)
-
-
-def _draw_track(axes: Axes, recording: Recording) -> None:
-    axes.set(title="Track and fall line", xlabel="east (m)", ylabel="north (m)", aspect="equal")
-    if recording.gps is None:
-        return
-    east, north = recording.gps.enu[:, 0], recording.gps.enu[:, 1]
-    azimuth = recording.slope.fall_line_azimuth
-    # the fall line is drawn as long as the track reaches along it
-    reach = float(np.max(east * np.sin(azimuth) + north * np.cos(azimuth)))
-    axes.plot(east, north, ".-", markersize=3, label="antenna")
-    axes.plot([0.0, reach * np.sin(azimuth)], [0.0, reach * np.cos(azimuth)], "--", label="fall line")
-    axes.legend()
-
-
-def _draw_altitude(axes: Axes, recording: Recording) -> None:
-    axes.set(title="Altitude from the first fix", xlabel="time (s)", ylabel="up (m)")
-    if recording.gps is not None:
-        axes.plot(recording.gps.time, recording.gps.enu[:, 2], ".-", markersize=3)
-
-
-def _draw_load(axes: Axes, recording: Recording) -> None:
-    axes.set(title="Insoles", xlabel="time (s)", ylabel="force (N)")
-    if recording.insoles is not None:
-        axes.plot(recording.insoles.time, recording.insoles.left, label="left")
-        axes.plot(recording.insoles.time, recording.insoles.right, label="right")
-        axes.legend()
-
-
-def _draw_sampling(axes: Axes, recording: Recording) -> None:
-    axes.set(title="Steps between samples", xlabel="time (s)", ylabel="step (s)", yscale="log")
-    times = {"motion": recording.bvh.time}
-    if recording.gps is not None:
-        times["gps"] = recording.gps.time
-    if recording.insoles is not None:
-        times["insoles"] = recording.insoles.time
-    for name, time in times.items():
-        axes.plot(time[1:], np.diff(time), ".", markersize=3, label=name)
-    axes.axvspan(recording.start, recording.stop, alpha=0.1)
-    axes.legend()

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from sssi_exudyn.bodies.skier.boot import Cuff
 from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.core.quantity import quantities, quantity
-from sssi_exudyn.core.text import one_line
+from sssi_exudyn.core.text import one_line, plus_minus
 from sssi_exudyn.io.files import inside, sha256
 from sssi_exudyn.io.settings import (
     Settings,
@@ -53,6 +53,8 @@ from sssi_exudyn.recording.slope_and_heading import CAPTURE_HEADING_SIGMA, Slope
 from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.terrain.elevation_model import LARGEST, epsg_of, usual_sigma
 
+NOT_GIVEN: Final = "is not given; estimated:"
+"""Words of a notice about slope or heading that were estimated."""
 _TABLES: Final = (
     *("format", "name", "note", "notes", "assumed", "skier", "equipment", "slope", "terrain", "uncertainty"),
     *("motion", "sensors", "barometer", "gps", "insoles", "poles"),
@@ -544,9 +546,8 @@ def _choose_slope(given: Slope | None, setting: SlopeAndHeading, toml: Path) -> 
         sigma_fall_line_azimuth=estimate.azimuth.sigma,
     )
     notice = (
-        f"{FILE}: [slope] is not given; estimated: {np.rad2deg(slope.inclination):.2f} ±"
-        f" {np.rad2deg(slope.sigma_inclination):.2f}° towards {np.rad2deg(slope.fall_line_azimuth):.1f} ±"
-        f" {np.rad2deg(slope.sigma_fall_line_azimuth):.1f}°"
+        f"{FILE}: [slope] {NOT_GIVEN} {_degrees(slope.inclination, slope.sigma_inclination)}"
+        f" towards {_degrees(slope.fall_line_azimuth, slope.sigma_fall_line_azimuth)}"
     )
     if slope.inclination > _STEEP_PISTE:
         return slope, (notice, f"{FILE}: that is steeper than pistes are: is the altitude in feet? Give [slope] if not")
@@ -565,5 +566,10 @@ def _choose_heading(given: float | None, setting: SlopeAndHeading, toml: Path) -
             "give it (azimuth of the BVH +z axis, clockwise from north)",
         )
     value = estimate.value % _AZIMUTH
-    notice = f"{FILE}: heading_deg is not given; estimated: {np.rad2deg(value):.1f} ± {np.rad2deg(estimate.sigma):.1f}°"
+    notice = f"{FILE}: heading_deg {NOT_GIVEN} {_degrees(value, estimate.sigma)}"
     return Heading(value, True, estimate.sigma), (notice,)
+
+
+def _degrees(value: float, sigma: float) -> str:
+    """Return an angle (rad) in degrees, with the digits that its standard deviation (rad) justifies."""
+    return f"{plus_minus(np.rad2deg(value), np.rad2deg(sigma))}°"

@@ -9,7 +9,21 @@ from html import escape
 from importlib import resources
 
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.section import Block, Drawing, Facts, Grid, Heading, Items, Key, Markup, Panels, Section, Text
+from sssi_exudyn.reports.section import (
+    Block,
+    Drawing,
+    Facts,
+    Grid,
+    Heading,
+    Items,
+    Key,
+    Markup,
+    Panels,
+    Section,
+    Text,
+    Tile,
+    Tiles,
+)
 
 _LONG = 24
 """Characters from which a cell of a table is not a figure."""
@@ -18,18 +32,12 @@ _LONG = 24
 def document(title: str, lead: str, sections: Sequence[Section]) -> str:
     """Return the whole page: ``title`` is text, ``lead`` the markup before the sections; empty sections are left out.
 
-    The script that plays replays is included where a section has one; nothing else may run.
+    The page's own script opens and closes all sections, and plays replays where there are some; nothing else may run.
     """
-    shown = [(section.title, section_html(section, f"part-{index}")) for index, section in enumerate(sections)]
-    shown = [(headline, content) for headline, content in shown if content]
-    body = "".join(
-        f'<section>\n<h2 id="part-{index}">{escape(headline)}</h2>\n{content}</section>\n'
-        for index, (headline, content) in enumerate(shown)
-    )
-    links = "".join(
-        f'<a href="#part-{index}">{escape(_short(headline))}</a>\n' for index, (headline, _) in enumerate(shown)
-    )
-    script = _read_packaged("replay.js") if 'class="replay"' in body else ""
+    shown = [(section, section_html(section, f"part-{index}")) for index, section in enumerate(sections)]
+    shown = [(section, content) for section, content in shown if content]
+    body = "".join(_section(section, content, index) for index, (section, content) in enumerate(shown))
+    script = _read_packaged("page.js") + (_read_packaged("replay.js") if 'class="replay"' in lead + body else "")
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     allowed = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'"
     return (
@@ -37,10 +45,42 @@ def document(title: str, lead: str, sections: Sequence[Section]) -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{allowed}">\n'
         f"<title>{escape(title)}</title>\n<style>\n{_read_packaged('page.css')}</style>\n</head>\n<body>\n"
-        f"<h1>{escape(title)}</h1>\n{lead}<nav>{links}</nav>\n{body}"
-        + (f"<script>{script}</script>\n" if script else "")
-        + "</body>\n</html>\n"
+        f"<h1>{escape(title)}</h1>\n{lead}{_contents([section.title for section, _ in shown])}{body}"
+        f"<script>{script}</script>\n</body>\n</html>\n"
     )
+
+
+def _contents(headlines: Sequence[str]) -> str:
+    """Return the folded list of sections."""
+    links = "".join(
+        f'<a href="#part-{index}">{escape(_short(headline))}</a>\n' for index, headline in enumerate(headlines)
+    )
+    return (
+        f'<details class="contents">\n<summary>Contents ({len(headlines)} sections)</summary>\n<nav>{links}</nav>\n'
+        '</details>\n<p class="all" hidden><button type="button">Open all details</button></p>\n'
+    )
+
+
+def _section(section: Section, content: str, index: int) -> str:
+    """Return a section: its sentence, and the rest folded below it; without a sentence all of it is shown."""
+    kind = ' class="assumed"' if section.assumed else ""
+    said = f'<p class="because">{escape(section.assumed)}</p>\n' if section.assumed else ""
+    if section.sentence:
+        opened = " open" if section.opened else ""
+        content = (
+            f'<p class="say">{escape(section.sentence)}</p>\n<details{opened}>\n'
+            f"<summary>{_what_is_folded(section.blocks)}</summary>\n{content}</details>\n"
+        )
+    return f'<section{kind}>\n<h2 id="part-{index}">{escape(section.title)}</h2>\n{said}{content}</section>\n'
+
+
+def _what_is_folded(blocks: Sequence[Block]) -> str:
+    """Name what a reader finds below a section's sentence."""
+    figures = sum(isinstance(block, Drawing | Panels) for block in blocks)
+    tables = sum(isinstance(block, Grid | Facts) for block in blocks)
+    counted = [(figures, "figure"), (tables, "table")]
+    words = [name if count == 1 else f"{count} {name}s" for count, name in counted if count]
+    return escape(" and ".join(words).capitalize() or "Details")
 
 
 def _short(headline: str) -> str:
@@ -71,10 +111,23 @@ def _block_html(block: Block, name: str) -> str:
             return facts(rows)
         case Drawing():
             return figure(plots.svg(name, block.draw, block.height), block.caption)
+        case Tiles(tiles):
+            return tiles_html(tiles)
         case Panels():
             return panels(block, name)
         case Markup(html):
             return html
+
+
+def tiles_html(tiles: Sequence[Tile]) -> str:
+    """Return figures side by side, each in a box: name, value and what qualifies it."""
+    boxes = "".join(
+        f'<div class="tile{" assumed" if tile.assumed else ""}"><dt>{escape(tile.name)}'
+        f"{' (assumed)' if tile.assumed else ''}</dt>"
+        f'<dd class="value">{escape(tile.value)}</dd><dd class="soft">{escape(tile.note)}</dd></div>\n'
+        for tile in tiles
+    )
+    return f'<dl class="tiles">\n{boxes}</dl>\n'
 
 
 def facts(rows: Sequence[tuple[str, str, str]]) -> str:
@@ -130,9 +183,10 @@ def panels(block: Panels, name: str) -> str:
         f'<span><i class="{lines[key.style]}" style="{_ink(key)}"></i>{escape(key.meaning)}</span> '
         for key in block.keys
     )
+    legend = f'<p class="key">{keys}</p>\n' if keys else ""
     wide = " wide" if block.width >= plots.WIDE else ""
     return (
-        f'<figure>\n<p class="key">{keys}</p>\n<div class="panels{wide}">\n{"".join(drawn)}</div>\n'
+        f'<figure>\n{legend}<div class="panels{wide}">\n{"".join(drawn)}</div>\n'
         f"<figcaption>{escape(block.caption)}.</figcaption>\n</figure>\n"
     )
 

@@ -14,7 +14,20 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.section import Block, Drawing, Facts, Grid, Heading, Items, Key, Markup, Panels, Section, Text
+from sssi_exudyn.reports.section import (
+    Block,
+    Drawing,
+    Facts,
+    Grid,
+    Heading,
+    Items,
+    Key,
+    Markup,
+    Panels,
+    Section,
+    Text,
+    Tiles,
+)
 
 A4: Final = (8.27, 11.69)
 """inches"""
@@ -131,8 +144,9 @@ def _add_section(paper: _Paper, section: Section) -> None:
     paper.need(_least(section.blocks[0]))
     paper.text(section.title, 80, size=12.0, weight="bold")
     paper.skip(0.3)
+    blocks = tuple(Text(text) for text in (section.sentence, section.assumed) if text) + section.blocks
     with mpl.rc_context({"font.size": 8.0}):
-        for block in section.blocks:
+        for block in blocks:
             _add_block(paper, block)
 
 
@@ -178,6 +192,8 @@ def _add_block(paper: _Paper, block: Block) -> None:
         case Panels():
             paper.panels(block)
             _add_caption(paper, block.caption)
+        case Tiles(tiles):
+            _add_block(paper, Facts([(tile.name, tile.value, tile.note) for tile in tiles]))
         case Markup():
             pass
 

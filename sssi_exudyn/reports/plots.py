@@ -14,6 +14,7 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00")
@@ -23,10 +24,12 @@ INK = "#010203"
 """Stands for the text's colour until the SVG is written; no plot uses it for anything else."""
 WIDE = 4.0
 """Inches from which a panel shares its line with at most one other, narrower ones with two."""
-_INCHES_A_LETTER = 0.078
-"""Width of a letter of the page's font in its size, on average and a little more."""
-_INCHES_A_FIGURE = 0.088
-"""Width of a digit; a point has half of it, a minus sign 1.4 times as much."""
+_LEAST_LEFT = 0.54
+"""Inches left of axes without a label."""
+_PADDING = 0.04
+"""Inches between what stands at the axes and the figure's edge."""
+_MOST_COLUMNS = 4
+"""Columns of a legend."""
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # words stay words: searchable, and in the page's own font
     "text.parse_math": False,  # names come from files: a dollar sign begins no formula
@@ -44,17 +47,13 @@ def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9, width: flo
     """Return the drawing of ``draw`` as SVG text; ``name`` is this plot's own on its page, its size in inches."""
     with mpl.rc_context(STYLE | {"svg.hashsalt": name}):  # a salt of its own: identical runs give identical bytes
         figure = Figure(figsize=(width, height))
+        FigureCanvasAgg(figure)  # measures words
         figure.patch.set_alpha(0.0)
         axes = figure.add_subplot()
         axes.patch.set_alpha(0.0)
         draw(axes)
-        above = 0.08
-        if axes.get_legend_handles_labels()[0]:
-            axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderpad=0.0)  # above, where no data are
-            above = 0.3
-        # fixed margins (inches), so that plots below each other align, as long as what stands at the axis fits
-        left = max(0.72 if axes.get_ylabel() else 0.54, _for_ticks(axes))
-        figure.subplots_adjust(left / width, 0.48 / height, 1.0 - 0.08 / width, 1.0 - above / height)
+        _place_legend(axes, width)
+        _fit_margins(figure, axes)
         text = io.StringIO()
         figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
     drawn = text.getvalue()
@@ -68,15 +67,33 @@ def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9, width: flo
     return re.sub(r' (width|height)="[\d.]+pt"', "", drawn, count=2)
 
 
-def _for_ticks(axes: Axes) -> float:
-    """Return the inches needed along the left axis for names or numbers."""
-    words = [label.get_text() for label in axes.get_yticklabels()]
-    if any(re.search("[A-Za-z]", word) for word in words):
-        return _INCHES_A_LETTER * max(map(len, words)) + (0.35 if axes.get_ylabel() else 0.15)
-    figures = max(
-        (len(word) - 0.5 * word.count(".") + 0.4 * word.count("\N{MINUS SIGN}") for word in words), default=0.0
-    )
-    return _INCHES_A_FIGURE * figures + (0.33 if axes.get_ylabel() else 0.15)
+def _place_legend(axes: Axes, width: float) -> None:
+    """Put the legend above the axes, where no data are, in as many columns as fit ``width`` (inches)."""
+    count = len(axes.get_legend_handles_labels()[0])
+    figure = axes.get_figure(root=True)
+    if not count or figure is None:
+        return
+    for columns in range(min(count, _MOST_COLUMNS), 0, -1):
+        legend = axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderpad=0.0)
+        needed = legend.get_window_extent(figure.canvas.get_renderer()).width / figure.dpi
+        if needed < width - _LEAST_LEFT - 2.0 * _PADDING:
+            break
+
+
+def _fit_margins(figure: Figure, axes: Axes) -> None:
+    """Leave room around the axes for all that stands there: ticks, labels, a legend, a second axis, a colour bar.
+
+    Sizes are those of matplotlib's own font, which is wider than the fonts of browsers.  Margins have least sizes, so
+    that plots below each other align.
+    """
+    width, height = figure.get_size_inches()
+    left, bottom, right, top = _LEAST_LEFT + 0.18 * bool(axes.get_ylabel()), 0.48, 0.08, 0.08
+    for _ in range(2):  # ticks may change with the size of the axes
+        figure.subplots_adjust(left / width, bottom / height, 1.0 - right / width, 1.0 - top / height)
+        box = figure.get_tightbbox(figure.canvas.get_renderer())  # inches
+        left, bottom = max(left, left - box.x0 + _PADDING), max(bottom, bottom - box.y0 + _PADDING)
+        right, top = max(right, right + box.x1 - width + _PADDING), max(top, top + box.y1 - height + _PADDING)
+    figure.subplots_adjust(left / width, bottom / height, 1.0 - right / width, 1.0 - top / height)
 
 
 def with_label(drawn: str, text: str) -> str:

@@ -1,18 +1,19 @@
 """The report of a result, or of several side by side, made from the contents of their folders.
 
-A sentence of result comes first, then its basis, then the run itself in 3D.  The paper's tables and figures follow in
-the paper's order (Table 1, Figures 4 to 8), then further results, the solver's health and the provenance.
+The answer comes first (``first_screen``), then the result's basis.  The paper's tables and figures follow in the paper's
+order (Table 1, Figures 4 to 8), then further results, the solver's health and the provenance.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from html import escape
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from sssi_exudyn.bodies.skier.chain import geometry_to_dict
 from sssi_exudyn.model.toml import model_files, model_to_dict
+from sssi_exudyn.reports.first_screen import answer_blocks, first_screen
 from sssi_exudyn.reports.html import document
 from sssi_exudyn.reports.section import Runs, Section
 from sssi_exudyn.reports.sections import (
@@ -37,26 +38,39 @@ from sssi_exudyn.reports.sentences import sentences
 from sssi_exudyn.results.folder import write_result
 from sssi_exudyn.results.stored import StoredRun, read_run
 
+ASSUMED: Final = "This rests on a posture that was assumed: few sensors measured the skier."
+
+
+def of_posture(section: Callable[[Runs], Section]) -> Callable[[Runs], Section]:
+    """Return a section that is marked as assumed where a run's posture was not measured."""
+
+    def marked(runs: Runs) -> Section:
+        few = any(run.summary.posture is not None for run in runs)
+        return replace(section(runs), assumed=ASSUMED if few else "")
+
+    return marked
+
+
 SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
     limits.limits,
     diagnosis.diagnosis,
     few_sensors.few_sensors,
-    replay.the_run,
+    replay.the_runs,
     overlay,
     tables.table_1,
     carving.carving,
     uncertainty,
     figure_4,
-    figure_5,
-    figure_6,
+    of_posture(figure_5),
+    of_posture(figure_6),
     snow_surface,
-    figure_7,
-    figure_8,
-    turn_tables.turns,
+    of_posture(figure_7),
+    of_posture(figure_8),
+    of_posture(turn_tables.turns),
     turn_tables.each_turn,
     losses.losses,
-    boots.boots,
-    muscles.muscles,
+    of_posture(boots.boots),
+    of_posture(muscles.muscles),
     tables.agreement,
     tables.energy,
     terms.terms,
@@ -70,15 +84,15 @@ SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
 
 def render(runs: Runs) -> str:
     """Return the report as a page of HTML."""
-    lead = "".join(f'<p class="result">{escape(sentence)}</p>\n' for sentence in sentences(runs))
-    return document(_title(runs), lead, [section(runs) for section in SECTIONS])
+    return document(_title(runs), first_screen(runs), [section(runs) for section in SECTIONS])
 
 
 def render_pdf(runs: Runs) -> bytes:
     """Return the report as a document to print, without the replay."""
     from sssi_exudyn.reports.pdf import pdf_bytes  # here: the fonts take half a second to load
 
-    return pdf_bytes(_title(runs), sentences(runs), [section(runs) for section in SECTIONS])
+    answer = Section("The answer", answer_blocks(runs))
+    return pdf_bytes(_title(runs), sentences(runs), [answer, *(section(runs) for section in SECTIONS)])
 
 
 def render_folder(folder: Path) -> str:

@@ -6,8 +6,9 @@ import math
 from collections.abc import Mapping
 from typing import Final, Literal
 
-from sssi_exudyn.analysis.biomechanics import RESIDUAL_MOMENT, Spread
+from sssi_exudyn.analysis.biomechanics import Spread
 from sssi_exudyn.reports.section import Runs
+from sssi_exudyn.reports.verdict import moment_sentence
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Estimate, Summary
 
@@ -35,9 +36,12 @@ def sentences(runs: Runs) -> list[str]:
         f"{_assumed(run.summary)}{_missing(run.summary)}"
         for run in runs
     ]
-    if len(runs) == 2:
-        stated += _difference(*runs)
-    return stated
+    return stated + differences(runs)
+
+
+def differences(runs: Runs) -> list[str]:
+    """State how the second of two runs differs from the first; nothing for one run or for more than two."""
+    return _difference(*runs) if len(runs) == 2 else []
 
 
 def spread_of(summary: Summary, name: str, group: Group = "each") -> Spread:
@@ -63,7 +67,7 @@ def _skiing(summary: Summary) -> str:
     if speed is not None and radius is not None:
         words += f", at {speed:.1f} m/s on a radius of {radius:.1f} m"
     words += "."
-    if apart is None or steering is None or _steering_is_assumed(summary):
+    if apart is None or steering is None or steering_is_assumed(summary):
         return words + " "
     edge = "skidded" if steering >= SKIDDED_DEG else "almost carved"
     point = f"{edge}: the skis point {steering:.0f}° off their direction of travel"
@@ -77,7 +81,7 @@ def _skiing(summary: Summary) -> str:
     return words + " "
 
 
-def _steering_is_assumed(summary: Summary) -> bool:
+def steering_is_assumed(summary: Summary) -> bool:
     """Tell whether few sensors leave the skis' direction open: an assumed direction is no result."""
     return summary.posture is not None and any(
         assumption.startswith("steering") for assumption in summary.posture.assumed
@@ -107,16 +111,8 @@ def _agreement(summary: Summary) -> str:
 
 def _residual(summary: Summary) -> str:
     """State the moment at the pelvis that nothing explains, compared with OpenSim's limits."""
-    moment = summary.residual_moment
-    if moment.rms_Nm is None or moment.verdict is None:
-        return ""
-    words = []
-    for name, figure, value in (("an rms", "rms", moment.rms_Nm), ("a peak", "peak", moment.peak_Nm)):
-        if value is not None:
-            limit = RESIDUAL_MOMENT[figure][1]
-            where = "within" if value <= limit else "above"
-            words.append(f"{name} of {value:.0f} N\u00a0m, {where} OpenSim's limit of {limit:.0f} N\u00a0m")
-    return f" The residual moment at the pelvis has {', and '.join(words)}."
+    sentence = moment_sentence(summary)
+    return f" {sentence}" if sentence else ""
 
 
 def _assumed(summary: Summary) -> str:
@@ -215,7 +211,7 @@ def _compared(first: Summary, second: Summary) -> list[tuple[str, tuple[Known | 
         (_over_turns(first, name), _over_turns(second, name))
         for name in ("mean_speed_mps", "turn_radius_m", "steering_angle_mean_deg")
     )
-    assumed = _steering_is_assumed(first) or _steering_is_assumed(second)
+    assumed = steering_is_assumed(first) or steering_is_assumed(second)
     mu_t = _with_error(first.friction.mu_t), _with_error(second.friction.mu_t)
     return [
         ("the mean speed", speed, " m/s", "higher", "lower"),

@@ -159,6 +159,11 @@ def read_swept(out: Path) -> tuple[pd.DataFrame, tuple[Column, ...]]:
     return table, tuple(column for column in table_columns(plan) if column.name in table)
 
 
+def read_indices(out: Path) -> pd.DataFrame:
+    """Read the indices of the sweep in ``out``, with columns as ``COLUMNS`` of ``sensitivity_indices``."""
+    return pd.read_csv(out / INDICES)
+
+
 def _read_table(out: Path, origin: Origin) -> tuple[Plan, pd.DataFrame]:
     plan = plan_of(read_sweep(out / FILE), origin.inputs)
     return plan, read_table(out, plan)

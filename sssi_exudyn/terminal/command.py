@@ -104,7 +104,9 @@ def parser_of(
     every.add_argument("--debug", action="store_true", help="show where in the program an error came from")
     verbosity = every.add_mutually_exclusive_group()
     verbosity.add_argument("--quiet", action="store_true", help="show no progress")
-    verbosity.add_argument("--verbose", action="store_true", help="show every step, a line each")
+    verbosity.add_argument(
+        "--verbose", action="store_true", help="show every step, a line each, and every figure of the result"
+    )
     places: dict[str, Any] = {"": top.add_subparsers(metavar="COMMAND", required=True)}
     for command in commands:
         group, _, word = command.words.rpartition(" ")

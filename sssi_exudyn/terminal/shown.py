@@ -52,10 +52,11 @@ def show_rows(rows: Sequence[object], options: argparse.Namespace) -> str:
 
 
 def show_counts(counts: Mapping[str, object], options: argparse.Namespace) -> str:
-    """Show the counts of a sweep as a table of one row."""
-    from sssi_exudyn.terminal.text import format_table
+    """Show the counts of a sweep, what matters most in it, and the path of its page."""
+    from sssi_exudyn.terminal.answers import sweep_lines
 
-    return to_json(counts) if options.json else format_table([counts])
+    folder = options.folder if hasattr(options, "folder") else options.out
+    return to_json(counts) if options.json else _lines(sweep_lines(counts, folder))
 
 
 def show_turns(rows: Sequence[Mapping[str, object]], options: argparse.Namespace) -> str:
@@ -66,12 +67,15 @@ def show_turns(rows: Sequence[Mapping[str, object]], options: argparse.Namespace
 
 
 def show_result(result: Result, options: argparse.Namespace) -> str:
-    """Show the summary of a result."""
+    """Show the answer of a result in five lines; with ``--verbose`` every figure of its summary too."""
     from sssi_exudyn.results.summary import summary_to_dict
+    from sssi_exudyn.terminal.answers import answer_lines
     from sssi_exudyn.terminal.text import format_summary
 
     groups = summary_to_dict(result.summary)
-    return to_json(groups) if options.json else format_summary(groups)
+    if options.json:
+        return to_json(groups)
+    return (format_summary(groups) if options.verbose else "") + _lines(answer_lines(result))
 
 
 def show_inspection(inspection: Inspection, options: argparse.Namespace) -> str:
@@ -96,9 +100,12 @@ def show_imported(imported: Recording | Sequence[ImportedRun] | Sequence[DayPiec
     from sssi_exudyn.importing.days.day import DayPiece
     from sssi_exudyn.recording.inspection import inspect_recording
     from sssi_exudyn.recording.recording import Recording
+    from sssi_exudyn.terminal.answers import import_lines
 
     if isinstance(imported, Recording):
-        return show_inspection(inspect_recording(imported), options)
+        if options.json or options.verbose:
+            return show_inspection(inspect_recording(imported), options)
+        return _lines(import_lines(imported, options.out))
     from sssi_exudyn.io.writing import to_plain
     from sssi_exudyn.terminal.text import format_table
 
@@ -141,7 +148,8 @@ def _show_day(pieces: Sequence[DayPiece], options: argparse.Namespace) -> str:
 
 
 def show_muscles(shown: Result | Sequence[Mapping[str, object]], options: argparse.Namespace) -> str:
-    """Show the muscles of a result, or the list of all muscles as CSV."""
+    """Show the muscles of a result in a few lines, all of it with ``--verbose``, or the list of all muscles as CSV."""
+    from sssi_exudyn.terminal.answers import muscle_lines
     from sssi_exudyn.terminal.text import format_csv, format_summary, format_table
 
     if isinstance(shown, Sequence):
@@ -150,16 +158,25 @@ def show_muscles(shown: Result | Sequence[Mapping[str, object]], options: argpar
 
     groups = summary_to_dict(shown.summary)
     about = {name: groups[name] for name in ("recording", "muscles")}
-    return to_json(about) if options.json else format_summary(about) + format_table(about["muscles"]["lacking"])
+    if options.json:
+        return to_json(about)
+    every = format_summary(about) + format_table(about["muscles"]["lacking"]) if options.verbose else ""
+    return every + _lines(muscle_lines(shown))
 
 
 def show_diagnosis(diagnosed: Result | Day, options: argparse.Namespace) -> str:
-    """Show the verdict of a diagnosis, or the sentence about several runs of one day."""
+    """Show a diagnosis: where, what, how sure, how much better, what next; or the sentence about several runs."""
     from sssi_exudyn.results.day import Day
+    from sssi_exudyn.terminal.answers import day_lines, diagnosis_lines
 
     if isinstance(diagnosed, Day):
-        return to_json(diagnosed) if options.json else f"{diagnosed.sentence}\n"
+        return to_json(diagnosed) if options.json else _lines(day_lines(diagnosed, options.out))
     diagnosis = diagnosed.diagnosis
     assert diagnosis is not None
-    by = " (by the reduced model alone)" if diagnosis.tier == "reduced" else ""
-    return to_json(diagnosis) if options.json else f"{diagnosis.verdict}{by}: {diagnosis.sentence}\n"
+    if options.json:
+        return to_json(diagnosis)
+    return (f"{diagnosis.sentence}\n" if options.verbose else "") + _lines(diagnosis_lines(diagnosed))
+
+
+def _lines(lines: Sequence[str]) -> str:
+    return "".join(f"{line}\n" for line in lines)

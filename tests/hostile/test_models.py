@@ -18,7 +18,7 @@ from sssi_exudyn.bodies.ski.ski import read_ski, ski_to_table
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict, read_model
-from sssi_exudyn.recording.inspection import plot_inspection
+from sssi_exudyn.recording.inspection_plot import plot_inspection
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Equipment, Skier
 from sssi_exudyn.runtime.cache import fingerprint

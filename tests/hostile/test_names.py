@@ -15,7 +15,7 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.text import csv_cell
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.many import import_many
-from sssi_exudyn.recording.inspection import plot_inspection
+from sssi_exudyn.recording.inspection_plot import plot_inspection
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.reports.report import write_run
 from sssi_exudyn.sweeps.file import sweep_from

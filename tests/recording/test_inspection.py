@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from tiny import TOML, Tiny
 
+from sssi_exudyn.analysis.skiing import skiing_of
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.recording.inspection import format_inspection, inspect_recording, plot_inspection
+from sssi_exudyn.recording.inspection import format_inspection, inspect_recording
+from sssi_exudyn.recording.inspection_plot import plot_inspection
 from sssi_exudyn.recording.read import read_recording
 
 
@@ -51,8 +53,54 @@ def test_text_says_what_was_done_and_estimated(tmp_path: Path) -> None:
     tiny = Tiny(toml=TOML.replace("heading_deg = 25.0", ""))
     tiny.gps = {name: np.delete(column, slice(30, 34)) for name, column in tiny.gps.items()}
     text = format_inspection(inspect_recording(read_recording(tiny.write(tmp_path))))
-    for words in ("60.0 Hz", "10.0 Hz", "note: gps.csv: 1 short gap(s) interpolated", "16.00° given", "estimated, ±"):
+    for words in ("60.0 Hz", "10.0 Hz", "note: gps.csv: 1 short gap(s) interpolated", "16° given", "° estimated"):
         assert words in text
+
+
+def test_an_estimate_is_printed_once_with_the_digits_of_its_error(tmp_path: Path) -> None:
+    recording = read_recording(Tiny(toml=TOML.replace("heading_deg = 25.0", "")).write(tmp_path))
+    slope = dataclasses.replace(recording.slope, estimated=True, sigma_inclination=0.02, sigma_fall_line_azimuth=0.26)
+    text = format_inspection(inspect_recording(dataclasses.replace(recording, slope=slope)))
+    azimuth = np.degrees(slope.fall_line_azimuth)
+    assert text.count(f"{azimuth:.0f} ± 15°") == 1  # 0.26 rad
+    assert f"{azimuth:.1f}" not in text
+    assert any("heading_deg is not given; estimated" in notice for notice in recording.notices)
+    assert "heading_deg" not in text
+
+
+def with_rest(tiny: Tiny, seconds: float) -> Tiny:
+    """Let the skier of the fixes stand for so long before the run."""
+    moved = tiny.gps["time_s"] - seconds
+    tiny.gps = {
+        name: column if name == "time_s" else np.interp(moved, tiny.gps["time_s"], column)
+        for name, column in tiny.gps.items()
+    }
+    return tiny
+
+
+def test_turns_speed_and_a_crop_come_from_the_track(tmp_path: Path) -> None:
+    skiing = skiing_of(read_recording(Tiny().write(tmp_path / "whole")))
+    assert skiing is not None
+    assert [turn.side for turn in skiing.turns[:2]] in (["left", "right"], ["right", "left"])
+    assert skiing.crop_start_s is None  # it turns all along
+    recording = read_recording(with_rest(Tiny(), 4.0).write(tmp_path / "rest"))
+    late = skiing_of(recording)
+    assert late is not None
+    # the skier stands for 4 s, and a second before the first turn is kept
+    assert late.crop_start_s == pytest.approx(late.turns[0].start_s - 1.0)
+    assert late.crop_start_s > 2.0
+    text = format_inspection(inspect_recording(recording, skiing=late))
+    assert f"suggested crop: {late.crop_start_s:.1f} to" in text
+    assert f"{len(late.turns)} turns" in text.splitlines()[0]
+    assert "m/s at most" in text.splitlines()[0]
+
+
+def test_a_phone_has_no_empty_panel(tmp_path: Path) -> None:
+    recording = dataclasses.replace(read_recording(Tiny().write(tmp_path / "run")), insoles=None)
+    plot_inspection(recording, tmp_path / "picture.svg")
+    plot_inspection(dataclasses.replace(recording, gps=None), tmp_path / "bare.svg")
+    counts = [(tmp_path / name).read_text(encoding="utf-8").count('id="axes_') for name in ("picture.svg", "bare.svg")]
+    assert counts == [4, 1]  # track, speed, altitude and sampling; sampling alone
 
 
 def test_text_of_motion_alone(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from sssi_exudyn.analysis.boots import AnkleFigures, BootFigures, cuff_column
 from sssi_exudyn.reports.plots import COLOURS
-from sssi_exudyn.reports.section import Block, Drawing, Grid, Runs, Section, Text, section_of_each
+from sssi_exudyn.reports.section import Block, Drawing, Grid, Runs, Section, Text, say_of_each, section_of_each
 from sssi_exudyn.reports.sections.tables import number
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.simulation.result import SIDES
@@ -20,7 +20,20 @@ _ABOUT = (
 
 def boots(runs: Runs) -> Section:
     """Show facts of every run's boots."""
-    return section_of_each("Boots", runs, _blocks)
+    return section_of_each("Boots", runs, _blocks, say_of_each(runs, _shares))
+
+
+def _shares(run: StoredRun) -> str:
+    """State how much of the ankles' moment the cuffs make."""
+    figures = run.summary.boots
+    if figures is None or figures.ankles is None:
+        return ""
+    largest = [
+        f"{number(ankle.cuff_peak_Nm)} of up to {number(ankle.moment_peak_Nm)} N m on the {side}"
+        for side in SIDES
+        if (ankle := figures.ankles.get(side)) is not None
+    ]
+    return f"the cuff makes up to {' and '.join(largest)}"
 
 
 def _blocks(run: StoredRun) -> tuple[Block, ...]:
@@ -58,7 +71,6 @@ def _draw(axes: Axes, series: pd.DataFrame) -> None:
         axes.plot(series["time_s"], series[ankle], color=colour, label=f"{side} ankle")
         axes.plot(series["time_s"], series[cuff], "--", color=colour, label=f"{side} cuff")
     axes.set(xlabel="time (s)", ylabel="moment, up positive (N m)")
-    axes.legend(ncols=4)
 
 
 def _sentence(figures: BootFigures) -> str:

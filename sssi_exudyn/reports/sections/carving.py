@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sssi_exudyn.reports.section import Block, Grid, Runs, Section, Text, section_of_each
+from sssi_exudyn.reports.section import Block, Grid, Runs, Section, Text, say_of_each, section_of_each
 from sssi_exudyn.reports.sections.tables import number
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Estimate
@@ -20,7 +20,17 @@ _HEADINGS = {
 
 def carving(runs: Runs) -> Section:
     """Show facts of every run whose edges cut the snow."""
-    return section_of_each("Edges that cut the snow", runs, _blocks)
+    return section_of_each("Edges that cut the snow", runs, _blocks, say_of_each(runs, _reserve))
+
+
+def _reserve(run: StoredRun) -> str:
+    """State how much of the wall's strength is left."""
+    figures = run.summary.carving
+    if figures is None:
+        return ""
+    if figures.side_reserve_mean is None:
+        return "edges cut the snow"
+    return f"on average {100.0 * figures.side_reserve_mean:.0f}\u00a0% of the groove wall's strength is not used"
 
 
 def _blocks(run: StoredRun) -> tuple[Block, ...]:

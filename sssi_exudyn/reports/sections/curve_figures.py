@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.section import Key, Panel, Runs, Section, figure_section
+from sssi_exudyn.reports.section import Key, Panel, Panels, Runs, Section, figure_section, say_of_each
 from sssi_exudyn.reports.sections.linked_turns import Cycle, cycles_of
 from sssi_exudyn.results.stored import StoredRun
 
@@ -58,12 +58,24 @@ def figure_5(runs: Runs) -> Section:
         panels.append(_curves(f"{words} (°)", series, cycles))
     return figure_section(
         "Joint angles over two linked turns (the paper's Figure 5)",
-        f"Each panel names its positive direction. {_pairs_of_turns(runs, cycles)}",
-        tuple(panels),
-        (*_of_runs(runs), *_of_sides()),
-        3.3,
-        2.0,
+        Panels(
+            f"Each panel names its positive direction. {_pairs_of_turns(runs, cycles)}",
+            tuple(panels),
+            (*_of_runs(runs), *_of_sides()),
+            3.3,
+            2.0,
+        ),
+        say_of_each(runs, _bending),
     )
+
+
+def _bending(run: StoredRun) -> str:
+    """State how far knees and hips bend."""
+    words = []
+    for joint, coordinate in (("knees", "knee_angle"), ("hips", "hip_flexion")):
+        angles = np.concatenate([_degrees(run, f"{coordinate}_{side}") for side in "rl"])
+        words.append(f"{joint} from {angles.min():.0f}° to {angles.max():.0f}°")
+    return f"flexion goes in the {' and in the '.join(words)}"
 
 
 def _degrees(run: StoredRun, coordinate: str) -> Array:
@@ -82,13 +94,23 @@ def figure_7(runs: Runs) -> Section:
         panels.append(_curves(f"{run.name} (BW)", series, {index: cycle}, phases=True))
     return figure_section(
         "Ground reaction force on each ski over two linked turns (the paper's Figure 7)",
-        "The snow's normal force on each ski over the skier's body weight; vertical lines are transitions, dashed "
-        f"ones the bounds of the phases. {_pairs_of_turns(runs, cycles)}",
-        tuple(panels),
-        (*_of_runs(runs), *_of_sides()),
-        4.6,
-        2.4,
+        Panels(
+            "The snow's normal force on each ski over the skier's body weight; vertical lines are transitions, dashed "
+            f"ones the bounds of the phases. {_pairs_of_turns(runs, cycles)}",
+            tuple(panels),
+            (*_of_runs(runs), *_of_sides()),
+            4.6,
+            2.4,
+        ),
+        say_of_each(runs, _largest_load),
     )
+
+
+def _largest_load(run: StoredRun) -> str:
+    """State the largest load on each ski."""
+    weight = GRAVITY * run.model.skier.mass
+    left, right = (float(run.series[f"{side}_load_N"].max()) / weight for side in ("left", "right"))
+    return f"the left ski bears up to {left:.1f} and the right ski up to {right:.1f} body weights"
 
 
 def figure_8(runs: Runs) -> Section:
@@ -103,13 +125,27 @@ def figure_8(runs: Runs) -> Section:
         panels.append(_curves(f"{words} (N m/kg)", series, cycles, mark_spikes=True))
     return figure_section(
         "Joint moments over two linked turns (the paper's Figure 8)",
-        "Each panel names its positive direction; moments are per kilogram of the skier. Diamonds are spikes at the "
-        f"transition between the turns. {_pairs_of_turns(runs, cycles)}",
-        tuple(panels),
-        (*_of_runs(runs), *_of_sides()),
-        3.3,
-        2.0,
+        Panels(
+            "Each panel names its positive direction; moments are per kilogram of the skier. Diamonds are spikes at "
+            f"the transition between the turns. {_pairs_of_turns(runs, cycles)}",
+            tuple(panels),
+            (*_of_runs(runs), *_of_sides()),
+            3.3,
+            2.0,
+        ),
+        say_of_each(runs, _largest_moment),
     )
+
+
+def _largest_moment(run: StoredRun) -> str:
+    """State the largest moment of a leg's joint."""
+    peaks = {
+        (words.partition(" ")[0], side): float(run.series[f"{name}_{side[0]}_moment_Nm"].abs().max())
+        for name, words in MOMENTS
+        for side in ("right", "left")
+    }
+    (joint, side), peak = max(peaks.items(), key=lambda item: item[1])
+    return f"the largest moment is {peak / run.model.skier.mass:.1f} N m/kg, at the {side} {joint}"
 
 
 Series = tuple[int, str, str, Array]

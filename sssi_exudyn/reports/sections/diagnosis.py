@@ -9,7 +9,21 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.section import Block, Drawing, Facts, Heading, Runs, Section, Text, section_of_each
+from sssi_exudyn.reports.diagnosis_tiles import tiles_of_diagnosis
+from sssi_exudyn.reports.section import (
+    Block,
+    Drawing,
+    Facts,
+    Heading,
+    Runs,
+    Section,
+    Text,
+    Tiles,
+    say_of_each,
+    section_of_each,
+)
+from sssi_exudyn.reports.sections.tables import unit_text
+from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.validation.diagnosis.diagnosis_data import (
     NOTHING_MISSING,
     Chance,
@@ -41,13 +55,21 @@ _LONGEST = 0.12
 def diagnosis(runs: Runs) -> Section:
     """Show what was missing; figures without data in the diagnosis are left out."""
     return section_of_each(
-        "Diagnosis", runs, lambda run: () if run.diagnosis is None else diagnosis_blocks(run.diagnosis)
+        "Diagnosis",
+        runs,
+        lambda run: () if run.diagnosis is None else diagnosis_blocks(run.diagnosis),
+        say_of_each(runs, _first_sentence),
     )
+
+
+def _first_sentence(run: StoredRun) -> str:
+    """Return the first sentence of a diagnosis, without its full stop; numbers hold points, but none before a space."""
+    return "" if run.diagnosis is None else run.diagnosis.sentence.partition(". ")[0].rstrip(".")
 
 
 def diagnosis_blocks(diagnosis: Diagnosis) -> tuple[Block, ...]:
     """Return the section of one diagnosis."""
-    blocks: list[Block] = [Text(diagnosis.sentence)]
+    blocks: list[Block] = [Text(diagnosis.sentence), *(Tiles(tiles) for tiles in tiles_of_diagnosis(diagnosis))]
     if diagnosis.paragraph:
         blocks += [Heading("For the coach"), Text(diagnosis.paragraph)]
     if diagnosis.track_distance is not None:
@@ -69,8 +91,9 @@ def diagnosis_blocks(diagnosis: Diagnosis) -> tuple[Block, ...]:
         if diagnosis.way is not None:
             path = diagnosis.way
             caption = (
-                "The slope from above, the fall line to the right: the missing force in the snow's plane as arrows, "
-                "the circle at each one's end its standard deviation; grey where it is less than that"
+                "The slope from above, the fall line to the right. Arrows are the missing force in the snow's plane, the "
+                f"longest {_longest_force(before):.0f} N; circles are its standard deviation, and thin arrows are less "
+                "than that"
             )
             blocks.append(Drawing(caption, lambda axes: _draw_slope(axes, path, before), 3.6))
     for finding in diagnosis.findings:
@@ -134,7 +157,7 @@ def _distance_caption(diagnosis: Diagnosis) -> str:
 def _finding(finding: Finding) -> list[Row]:
     evidence = finding.evidence
     rows: list[Row] = [
-        (name, f"{n.value:.4g} {'' if n.unit == '1' else n.unit}", f"90 % interval {n.low:.4g} to {n.high:.4g}")
+        (name, f"{n.value:.4g} {unit_text(n.unit)}".rstrip(), f"90 % interval {n.low:.4g} to {n.high:.4g}")
         for name, n in finding.parameters.items()
     ]
     rows.append(_change("mean error (m)", evidence.trajectory_error_m, ".3f"))
@@ -212,7 +235,7 @@ def _smallest(noticed: dict[str, Smallest]) -> list[Row]:
     return [
         (
             name.replace("_", " "),
-            f"{smallest.value:.3g} {'' if smallest.unit == '1' else smallest.unit}",
+            f"{smallest.value:.3g} {unit_text(smallest.unit)}".rstrip(),
             f"{smallest.number}, at least",
         )
         for name, smallest in noticed.items()
@@ -298,7 +321,11 @@ def _draw_slope(axes: Axes, path: Way, missing: ForceOverTime) -> None:
         axes.annotate("", xy=(end[0], end[1]), xytext=(place[0, k], place[1, k]), arrowprops=head)
         axes.add_patch(Circle((end[0], end[1]), scale * spread[k], color=colour, alpha=0.08, linewidth=0))
     axes.set(xlabel="down the fall line (m)", ylabel="left (m)", aspect="equal")
-    axes.set_title(f"longest arrow {size.max():.0f} N", loc="right", fontsize="small")
+
+
+def _longest_force(missing: ForceOverTime) -> float:
+    """Return the largest force in the snow's plane, N."""
+    return float(np.hypot(*np.array(missing.force_N)[:, :2].T).max(initial=0.0))
 
 
 def draw_force(axes: Axes, missing: ForceOverTime) -> None:

@@ -6,7 +6,18 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.section import Block, Drawing, Facts, Heading, Items, Runs, Section, Text, section_of_each
+from sssi_exudyn.reports.section import (
+    Block,
+    Drawing,
+    Facts,
+    Heading,
+    Items,
+    Runs,
+    Section,
+    Text,
+    say_of_each,
+    section_of_each,
+)
 from sssi_exudyn.reports.sections.tables import estimate_text, number
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Posture
@@ -14,7 +25,19 @@ from sssi_exudyn.results.summary import Posture
 
 def few_sensors(runs: Runs) -> Section:
     """Show what a reader has to know before believing anything of such a result."""
-    return section_of_each("Few sensors: measured and assumed", runs, _blocks)
+    return section_of_each("Few sensors: measured and assumed", runs, _blocks, say_of_each(runs, _counts))
+
+
+def _counts(run: StoredRun) -> str:
+    """State how much was measured and how much assumed."""
+    posture = run.summary.posture
+    if posture is None:
+        return ""
+    return f"{_things(posture.measured)} measured and {_things(posture.assumed)} assumed: most of the posture"
+
+
+def _things(names: tuple[str, ...]) -> str:
+    return "one thing was" if len(names) == 1 else f"{len(names)} things were"
 
 
 def _blocks(run: StoredRun) -> tuple[Block, ...]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from sssi_exudyn.analysis.biomechanics import RESIDUAL_MOMENT
 from sssi_exudyn.reports.section import Block, Items, Runs, Section, section_of_each
+from sssi_exudyn.reports.verdict import moment_sentence
 from sssi_exudyn.results.stored import StoredRun
 
 _ALWAYS: Final = (
@@ -17,7 +17,10 @@ _ALWAYS: Final = (
 
 def limits(runs: Runs) -> Section:
     """List before everything else the assumptions of every run, then those of each of these."""
-    return Section("Limits and assumptions", (Items(_ALWAYS), *section_of_each("", runs, _own).blocks))
+    own = section_of_each("", runs, _own).blocks
+    count = len(_ALWAYS) + sum(len(block.lines) for block in own if isinstance(block, Items))
+    sentence = f"The movement is prescribed as it was captured; the result rests on {count} assumptions."
+    return Section("Limits and assumptions", (Items(_ALWAYS), *own), sentence)
 
 
 def _own(run: StoredRun) -> tuple[Block, ...]:
@@ -27,7 +30,7 @@ def _own(run: StoredRun) -> tuple[Block, ...]:
 
 def _lines(run: StoredRun) -> list[str]:
     summary = run.summary
-    uncertainty, moment = summary.uncertainty, summary.residual_moment
+    uncertainty = summary.uncertainty
     lines = [notice for notice in summary.notices if notice.startswith("assumed")]
     if summary.carving is None:
         lines.append("Friction acts at the foot, not along the edge.")
@@ -56,12 +59,8 @@ def _lines(run: StoredRun) -> list[str]:
             f"The residual of the {kind} is {times:.0f} times the noise of such instruments: the model leaves something"
             " out, such as waves of the snow that no height shows, and the intervals may not hold that."
         )
-    if moment.verdict == "bad":
-        size = f"{moment.rms_Nm:.0f} N m rms, {moment.peak_Nm:.0f} N m at most"
-        lines.append(
-            f"The residual moment at the pelvis ({size}) exceeds OpenSim's limits ({RESIDUAL_MOMENT['rms'][1]:.0f} and"
-            f" {RESIDUAL_MOMENT['peak'][1]:.0f} N m): moments of hips and trunk are as uncertain."
-        )
+    if summary.residual_moment.verdict == "bad":
+        lines.append(f"{moment_sentence(summary)} Moments of hips and trunk are as uncertain as the residual moment.")
     if run.diagnosis is not None and run.diagnosis.tier == "reduced":
         lines.append("Diagnosed by the reduced model alone: no fit was confirmed by the full one.")
     return lines

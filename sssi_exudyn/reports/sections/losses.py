@@ -8,8 +8,9 @@ from typing import Final
 from sssi_exudyn.analysis.biomechanics import WHOLE
 from sssi_exudyn.analysis.losses import LossFigures
 from sssi_exudyn.analysis.turns import PHASES
-from sssi_exudyn.reports.section import Grid, Runs, Section, Text
+from sssi_exudyn.reports.section import Grid, Runs, Section, Text, say_of_each
 from sssi_exudyn.reports.sections.tables import Entry, number, sheet
+from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Summary
 
 MU_N: Final = (
@@ -36,7 +37,21 @@ def losses(runs: Runs) -> Section:
     if all(_of(run.summary) == LossFigures() for run in runs):  # a run that stopped at once, or of an older version
         return Section("", ())
     law = () if all(run.summary.carving is not None for run in runs) else (Text(MU_N),)
-    return Section("Losses, and the lateral force that turns need", (*law, Text(_ABOUT), Grid(sheet(runs, rows))))
+    return Section(
+        "Losses, and the lateral force that turns need",
+        (*law, Text(_ABOUT), Grid(sheet(runs, rows))),
+        say_of_each(runs, _loss),
+    )
+
+
+def _loss(run: StoredRun) -> str:
+    """State effective friction and the lateral force of nine tenths of the time."""
+    figures, words = _of(run.summary), []
+    if figures.effective_friction is not None:
+        words.append(f"effective friction, skidding included, is {figures.effective_friction:.3f}")
+    if figures.lateral_ratio_p90 is not None:
+        words.append(f"turns need a lateral force of {figures.lateral_ratio_p90:.2f} of the load (90th percentile)")
+    return " and ".join(words)
 
 
 def _figure(name: str, factor: float) -> Callable[[Summary], str]:

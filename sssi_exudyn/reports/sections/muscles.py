@@ -16,7 +16,7 @@ from sssi_exudyn.core.choices import MuscleSet
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.muscle_forces.of_result import contact_band_column, contact_column, group_column
 from sssi_exudyn.reports.plots import COLOURS
-from sssi_exudyn.reports.section import Block, Drawing, Grid, Heading, Runs, Section, Text, section_of_each
+from sssi_exudyn.reports.section import Block, Drawing, Grid, Heading, Runs, Section, Text, say_of_each, section_of_each
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import LackingJoint, MuscleFigures
 
@@ -30,7 +30,16 @@ _PUBLISHED: Final = (
 
 def muscles(runs: Runs) -> Section:
     """Show the muscles from the series' columns and the summary's group that ``sssi muscles`` adds."""
-    return section_of_each("Muscles", runs, _blocks)
+    return section_of_each("Muscles", runs, _blocks, say_of_each(runs, _strength))
+
+
+def _strength(run: StoredRun) -> str:
+    """State how often the muscles suffice."""
+    figures = run.summary.muscles
+    if figures is None:
+        return ""
+    share = f"{100.0 * figures.strong_enough_share:.0f}\u00a0%"
+    return f"{figures.count} muscles make all joint moments in {share} of the samples"
 
 
 def _blocks(run: StoredRun) -> tuple[Block, ...]:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.section import Key, Panel, Runs, Section, figure_section
+from sssi_exudyn.reports.section import Key, Panel, Panels, Runs, Section, figure_section
 from sssi_exudyn.results.stored import StoredRun
 
 _STEP: Final = 0.25
@@ -51,16 +51,20 @@ def overlay(runs: Runs) -> Section:
     words = f"{ahead} is {abs(float(gap[-1])):.2f} s ahead after {reach:.0f} m"
     return figure_section(
         title,
-        "Both from their own start, the centre of mass in each slope's plane; the time gap is how much later"
-        f" {second.name} passes the same distance down the fall line. {words}",
-        (
-            Panel("tracks", f"{first.name} and {second.name} from their starts", tracks),
-            Panel("time gap", words, gaps),
-            Panel("speed", "of both centres of mass", speed),
+        Panels(
+            "Both from their own start, the centre of mass in each slope's plane; the time gap is how much later"
+            f" {second.name} passes the same distance down the fall line",
+            (
+                Panel("tracks", f"{first.name} and {second.name} from their starts", tracks),
+                Panel("time gap", words, gaps),
+                Panel("speed", "of both centres of mass", speed),
+            ),
+            (Key(0, "-", first.name), Key(1, "-", second.name)),
+            4.6,
+            2.6,
         ),
-        (Key(0, "-", first.name), Key(1, "-", second.name)),
-        4.6,
-        2.6,
+        f"{words}.",
+        opened=True,
     )
 
 

@@ -33,6 +33,7 @@ from sssi_exudyn.bodies.skier.chain import (
 from sssi_exudyn.core.frames import GRAVITY, Array, level_to_enu, slope_to_level
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.reports.section import Markup, Runs, Section
+from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.simulation.result import SIDES
 
 RATE: Final = 20.0
@@ -266,17 +267,20 @@ def _binary(values: Array, kind: str) -> str:
     return base64.b64encode(np.ascontiguousarray(values).astype(kind).tobytes()).decode("ascii")
 
 
-def the_run(runs: Runs) -> Section:
-    """Show the runs in 3D, side by side; only on a page."""
-    players = [
-        player(pack(replay_of(run.series, run.geometry, run.model), run.name, run.model))
-        for run in runs
-        if run.geometry is not None and len(run.time) > 1
-    ]
+def the_runs(runs: Runs) -> Section:
+    """Show several runs in 3D, side by side; only on a page, whose first screen shows the replay of a single run."""
+    players = [replay_html(run) for run in runs] if len(runs) > 1 else []
     content = f'<div class="beside">\n{"".join(players)}</div>\n'
-    if len(players) > 1:
+    if sum(map(bool, players)) > 1:
         content = _TOGETHER + content
-    return Section("The run", (Markup(content),) if players else ())
+    return Section("The runs", (Markup(content),) if any(players) else ())
+
+
+def replay_html(run: StoredRun) -> str:
+    """Return the replay of a run as HTML; "" for a run without a skeleton or of a single instant."""
+    if run.geometry is None or len(run.time) < 2:
+        return ""
+    return player(pack(replay_of(run.series, run.geometry, run.model), run.name, run.model))
 
 
 def player(content: Mapping[str, Any]) -> str:

@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.section import Key, Panel, Runs, Section, figure_section
+from sssi_exudyn.reports.section import Key, Panel, Panels, Runs, Section, figure_section, say_of_each
+from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.terrain.profile import profile_along
 from sssi_exudyn.terrain.surface import Surface
 
@@ -24,12 +25,26 @@ def snow_surface(runs: Runs) -> Section:
             panels += surface_panels(run.name, surface, path, run.model.inclination)
     return figure_section(
         "Snow surface",
-        "Heights of the snow over the slope's plane with the path of the skis, and the profile along it with one "
-        "standard deviation of the heights' uncertainty",
-        tuple(panels),
-        (Key(1, "-", "path"), Key(0, "-", "snow"), Key(None, "--", "inclination of the snow")),
-        4.6,
-        2.3,
+        Panels(
+            "Heights of the snow over the slope's plane with the path of the skis, and the profile along it with one "
+            "standard deviation of the heights' uncertainty",
+            tuple(panels),
+            (Key(1, "-", "path"), Key(0, "-", "snow"), Key(None, "--", "inclination of the snow")),
+            4.6,
+            2.3,
+        ),
+        say_of_each(runs, _extent),
+    )
+
+
+def _extent(run: StoredRun) -> str:
+    """State how uneven and how steep the snow is; nothing where it is a plane."""
+    figures = run.summary.surface
+    if figures is None:
+        return ""
+    return (
+        f"along the path the snow lies {figures.lowest_m:+.2f} to {figures.highest_m:+.2f} m about the slope's plane,"
+        f" and is {figures.inclination_least_deg:.1f} to {figures.inclination_most_deg:.1f}° steep"
     )
 
 
@@ -57,7 +72,7 @@ def surface_panels(name: str, surface: Surface, path: Array, inclination: float)
         axes.plot(profile.distance, profile.height, color=plots.COLOURS[0])
         axes.set(xlabel="along the path (m)", ylabel="height over the plane (m)")
         steep = axes.twinx()
-        steep.plot(profile.distance, np.degrees(profile.inclination), "--", color="gray", linewidth=0.8)
+        steep.plot(profile.distance, np.degrees(profile.inclination), "--", color=plots.INK, linewidth=0.8)
         steep.set_ylabel("inclination (deg)")
 
     low, high = profile.height.min(), profile.height.max()

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from sssi_exudyn.reports.section import Runs, Section, table_section
+from sssi_exudyn.core.text import plus_minus
+from sssi_exudyn.reports.section import Runs, Section, say_of_each, table_section
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Estimate, SegmentRoundTrip, Summary
 
@@ -32,7 +33,15 @@ def table_1(runs: Runs) -> Section:
         ]
         for run in runs
     ]
-    return table_section("Friction and error of the track (the paper's Table 1)", [head, *rows])
+    return table_section(
+        "Friction and error of the track (the paper's Table 1)", [head, *rows], say_of_each(runs, _coefficients)
+    )
+
+
+def _coefficients(run: StoredRun) -> str:
+    """State both friction coefficients."""
+    along, across = (friction(run.summary, name) for name in ("mu_t", "mu_n"))
+    return f"μ_t is {along} along the skis, and μ_n {across} across them"
 
 
 def friction(summary: Summary, name: str) -> str:
@@ -63,7 +72,16 @@ def agreement(runs: Runs) -> Section:
             ("its root mean squared difference", lambda s: number(s.pressure_ratio.rmsd)),
         ],
     )
-    return table_section("Simulation against instruments", rows)
+    return table_section("Simulation against instruments", rows, say_of_each(runs, _track_error))
+
+
+def _track_error(run: StoredRun) -> str:
+    """State the track's error over its length."""
+    trajectory = run.summary.trajectory
+    if trajectory.percent_of_length is None:
+        return "there is no GPS track to compare the run with"
+    length = number(trajectory.length_m)
+    return f"the mean error of the track is {trajectory.percent_of_length:.2g}\u00a0% of its {length} m"
 
 
 _KEPT = {"energy_kinetic_J": "kinetic energy", "energy_elastic_J": "elastic energy of the skis"}
@@ -73,7 +91,8 @@ _KEPT = {"energy_kinetic_J": "kinetic energy", "energy_elastic_J": "elastic ener
 def energy(runs: Runs) -> Section:
     """Return the balance of the works done over the run and of the energies gained, and the balance's largest gap.
 
-    In each column the works' sum is what the energies gained and what is left over.
+    In each column the works add up to their sum, and that to what the energies gained and what is left over, as
+    printed: figures are rounded before they are added.
     """
     columns = _union(run.series.columns for run in runs)
     terms = [name for name in columns if name.startswith("energy_") and name != "energy_closure_J"]
@@ -81,10 +100,12 @@ def energy(runs: Runs) -> Section:
 
     def change(run: StoredRun, names: Sequence[str]) -> float:
         known = [run.series[name] for name in names if name in run.series]
-        return float(sum(values.iloc[-1] - values.iloc[0] for values in known)) if known else math.nan
+        parts = [round(float(values.iloc[-1] - values.iloc[0]), 1) for values in known]
+        return sum(parts) if known else math.nan
 
     def row(title: str, changes: Sequence[float]) -> list[str]:
-        return [f"{title} (J)", *(f"{value:.1f}" if math.isfinite(value) else "–" for value in changes)]
+        # a zero without the sign that rounding leaves
+        return [f"{title} (J)", *(f"{round(value, 1) + 0.0:.1f}" if math.isfinite(value) else "–" for value in changes)]
 
     gained = {name: [change(run, [name]) for run in runs] for name in _KEPT if name in terms}
     done = [change(run, works) for run in runs]
@@ -96,7 +117,13 @@ def energy(runs: Runs) -> Section:
         row("left over", left.tolist()),
     ]
     gap = sheet(runs, [("largest gap (% of the turnover)", lambda s: number(s.energy.closure_percent))])
-    return table_section("Energy from start to end", [*gap, *(rows if terms else [])])
+    return table_section("Energy from start to end", [*gap, *(rows if terms else [])], say_of_each(runs, _gap))
+
+
+def _gap(run: StoredRun) -> str:
+    """State by how much the balance does not close."""
+    gap = run.summary.energy.closure_percent
+    return "" if gap is None else f"the energy balance closes to {gap:.2g}\u00a0% of the energy that is turned over"
 
 
 def capture(runs: Runs) -> Section:
@@ -119,13 +146,28 @@ def capture(runs: Runs) -> Section:
         for segment in _union(known)
     ]
     title = "Skeleton against capture: orientation, rms (largest), and place of the joint"
-    return table_section(title, [*sheet(runs, []), *rows])
+    return table_section(title, [*sheet(runs, []), *rows], say_of_each(runs, _worst_segment))
+
+
+def _worst_segment(run: StoredRun) -> str:
+    """State the segment whose orientation differs most."""
+    known = [
+        (row.filtered_rms_deg, row.segment)
+        for row in run.summary.capture.round_trip
+        if row.filtered_rms_deg is not None
+    ]
+    if not known:
+        return "no segment was compared"
+    degrees, segment = max(known)
+    name = segment.replace("_r", ", right").replace("_l", ", left")
+    return f"the largest difference in orientation is {degrees:.1f}° (rms), of the segment {name}"
 
 
 def notices(runs: Runs) -> Section:
     """Show remarks on a recording for the reader, such as quantities that had to be estimated: a row a notice."""
     rows = [[run.name, notice] for run in runs for notice in run.summary.notices]
-    return table_section("What to know of the recording", [["", "notice"], *rows])
+    sentence = "There is one remark on the recording." if len(rows) == 1 else f"There are {len(rows)} remarks on it."
+    return table_section("What to know of the recording", [["", "remark"], *rows], sentence)
 
 
 def health(runs: Runs) -> Section:
@@ -142,7 +184,14 @@ def health(runs: Runs) -> Section:
                 rows += [(f"{group}: {what}", _figure(group, name))]
     rows.append(("energy balance, largest gap (% of the turnover)", lambda s: number(s.energy.closure_percent)))
     rows.append(("stopped early", lambda s: s.diverged or "no"))
-    return table_section("Health of the solver", sheet(runs, rows))
+    return table_section("Health of the solver", sheet(runs, rows), say_of_each(runs, _ending))
+
+
+def _ending(run: StoredRun) -> str:
+    """State how simulation and fit ended."""
+    simulation = "reached the end of the run" if run.summary.diverged is None else "stopped before the end of the run"
+    fit = {None: "", True: ", and the fit converged", False: ", and the fit did not converge"}
+    return f"the simulation {simulation}{fit[run.summary.fit.converged]}"
 
 
 def provenance(runs: Runs) -> Section:
@@ -152,7 +201,13 @@ def provenance(runs: Runs) -> Section:
         names = _union(getattr(run.summary.provenance, group) for run in runs)
         rows += [(f"{word} {name}", _origin(group, name)) for name in names]
     rows.append(("seed", lambda s: number(s.provenance.seed)))
-    return table_section("Where this comes from", sheet(runs, rows))
+    return table_section("Where this comes from", sheet(runs, rows), say_of_each(runs, _inputs))
+
+
+def _inputs(run: StoredRun) -> str:
+    """State how many files the result was made from."""
+    count = len(run.summary.provenance.inputs)
+    return f"the result was made from {count} input {'file' if count == 1 else 'files'}"
 
 
 def number(value: object, digits: int = 3, unit: str = "") -> str:
@@ -168,12 +223,14 @@ def number(value: object, digits: int = 3, unit: str = "") -> str:
             return f"{value}{unit}"
 
 
+def unit_text(unit: str) -> str:
+    """Return a unit as it is printed: that of a plain number is not."""
+    return "" if unit == "1" else unit
+
+
 def with_spread(value: float, spread: float) -> str:
     """Return ``value ± spread``, both to the spread's first significant digit."""
-    if not spread > 0.0:
-        return number(value)
-    digits = max(0, -math.floor(math.log10(spread)))
-    return f"{value:.{digits}f} ± {spread:.{digits}f}"
+    return plus_minus(value, spread) if spread > 0.0 else number(value)
 
 
 def _figure(group: str, name: str) -> Callable[[Summary], str]:

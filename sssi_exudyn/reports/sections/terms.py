@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from sssi_exudyn.contact.term import Term, formula, parameters
 from sssi_exudyn.core.quantity import quantities
-from sssi_exudyn.reports.section import Block, Grid, Heading, Runs, Section, Text, section_of_each
-from sssi_exudyn.reports.sections.tables import number, with_spread
+from sssi_exudyn.reports.section import Block, Grid, Heading, Runs, Section, Text, say_of_each, section_of_each
+from sssi_exudyn.reports.sections.tables import number, unit_text, with_spread
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Estimate
 
@@ -14,7 +14,15 @@ _HEAD = ["", "value", "unit", "least", "greatest", "", "source"]
 
 def terms(runs: Runs) -> Section:
     """Show every term with each number: value, unit, bounds, whether it was fitted, and its source."""
-    return section_of_each("Force terms in the model", runs, _blocks)
+    return section_of_each("Force terms in the model", runs, _blocks, say_of_each(runs, _counts))
+
+
+def _counts(run: StoredRun) -> str:
+    """State how many terms act, and how many of their numbers were fitted."""
+    numbers = sum(len(parameters(term)) for term in run.model.terms)
+    owners = {term.name for term in run.model.terms}
+    fitted = sum(name.partition(".")[0].partition("#")[0] in owners for name in run.summary.fit.parameters or {})
+    return f"{len(run.model.terms)} force terms act, and {fitted} of their {numbers} numbers were fitted"
 
 
 def _blocks(run: StoredRun) -> tuple[Block, ...]:
@@ -43,7 +51,7 @@ def _rows(term: Term, fitted: dict[str, Estimate]) -> list[list[str]]:
             [
                 name,
                 number(value, 4) if se is None else with_spread(value, se),
-                about.unit,
+                unit_text(about.unit),
                 number(about.low),
                 number(about.high),
                 "fixed" if estimate is None else "fitted",

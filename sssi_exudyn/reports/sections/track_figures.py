@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from sssi_exudyn.bodies.skier.chain import SEGMENT
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.section import Key, Panel, Runs, Section, figure_section
+from sssi_exudyn.reports.section import Key, Panel, Panels, Runs, Section, figure_section, say_of_each
 from sssi_exudyn.reports.sections.linked_turns import Cycle, cycles_of
 from sssi_exudyn.reports.sections.replay import poses_of
 from sssi_exudyn.results.stored import StoredRun
@@ -39,12 +39,21 @@ def figure_4(runs: Runs) -> Section:
         keys.append(Key(0, "--", "insoles"))
     return figure_section(
         "Simulated and measured (the paper's Figure 4)",
-        caption,
-        tuple(panels),
-        tuple(keys),
-        4.6,
-        2.3,
+        Panels(caption, tuple(panels), tuple(keys), 4.6, 2.3),
+        say_of_each(runs, _met),
+        opened=True,
     )
+
+
+def _met(run: StoredRun) -> str:
+    """State how well simulation and instruments agree."""
+    trajectory, ratio = run.summary.trajectory, run.summary.pressure_ratio
+    words = []
+    if trajectory.mean_error_m is not None:
+        words.append(f"the simulated antenna is {trajectory.mean_error_m:.3f} m from the GPS on average")
+    if ratio.rmsd is not None:
+        words.append(f"the left foot's share of the load is {100.0 * ratio.rmsd:.0f}\u00a0% off (rms)")
+    return " and ".join(words) or "there is no measurement to compare the run with"
 
 
 @dataclass(frozen=True)
@@ -139,18 +148,27 @@ def figure_6(runs: Runs) -> Section:
     ]
     return figure_section(
         "Trajectories in the slope's plane (the paper's Figure 6)",
-        "Seen from above, the fall line downwards: two linked turns from the middle of the run",
-        tuple(panels),
-        (
-            Key(3, ":", "centre of mass"),
-            Key(0, "-", "right ski"),
-            Key(1, "-", "left ski"),
-            Key(4, "-", "shoulders"),
-            Key(2, "-", "hips"),
+        Panels(
+            "Seen from above, the fall line downwards: two linked turns from the middle of the run",
+            tuple(panels),
+            (
+                Key(3, ":", "centre of mass"),
+                Key(0, "-", "right ski"),
+                Key(1, "-", "left ski"),
+                Key(4, "-", "shoulders"),
+                Key(2, "-", "hips"),
+            ),
+            4.6,
+            6.4,
         ),
-        4.6,
-        6.4,
+        say_of_each(runs, _extent),
     )
+
+
+def _extent(run: StoredRun) -> str:
+    """State how far the centre of mass travels down the fall line and across it."""
+    down, across = np.ptp(run.com[:, :2], axis=0)
+    return f"the centre of mass goes {down:.0f} m down the fall line, within a corridor {across:.1f} m wide"
 
 
 def _draw_from_above(run: StoredRun, cycle: Cycle) -> Callable[[Axes], None]:

@@ -7,9 +7,10 @@ from typing import Any, Final
 
 from sssi_exudyn.analysis.biomechanics import WHOLE
 from sssi_exudyn.analysis.turns import PHASES
-from sssi_exudyn.reports.section import Runs, Section, table_section
+from sssi_exudyn.reports.section import Runs, Section, say_of_each, table_section
 from sssi_exudyn.reports.sections.tables import Entry, number, sheet, with_spread
 from sssi_exudyn.reports.sentences import Group, spread_of
+from sssi_exudyn.reports.verdict import beyond_limits
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Summary
 
@@ -48,9 +49,19 @@ def turns(runs: Runs) -> Section:
         *((what, _peak(joint, end)) for what, joint, end in PEAK_MOMENTS),
         ("residual moment at the pelvis, peak (N m)", lambda s: number(s.residual_moment.peak_Nm)),
         ("its root mean square (N m)", lambda s: number(s.residual_moment.rms_Nm)),
-        ("by OpenSim's thresholds (75 and 50 N m at most)", lambda s: s.residual_moment.verdict or "–"),
+        ("beyond OpenSim's limits (peak 75 N m, rms 50 N m)", lambda s: " and ".join(beyond_limits(s)) or "neither"),
     ]
-    return table_section("The turns in figures", sheet(runs, rows))
+    return table_section("The turns in figures", sheet(runs, rows), say_of_each(runs, _pace))
+
+
+def _pace(run: StoredRun) -> str:
+    """State the number of turns and their duration."""
+    figures = run.summary.turns
+    if figures.count is None:
+        return "turns are not known"
+    duration = spread_of(run.summary, "duration_s")
+    each = "" if duration.mean is None else f" and take {duration.mean:.1f} s on average"
+    return f"{figures.complete} of {figures.count} turns are complete{each}"
 
 
 _EACH: Final = (
@@ -79,7 +90,18 @@ def each_turn(runs: Runs) -> Section:
             ]
             rows.append([name if whole_turn["complete"] else f"({name})", *cells])
     head = ["", *(entry[0] for entry in _EACH)]
-    return table_section("Turn by turn (cut off ones in brackets)", [head, *rows])
+    return table_section("Turn by turn (cut off ones in brackets)", [head, *rows], say_of_each(runs, _range))
+
+
+def _range(run: StoredRun) -> str:
+    """State the shortest and the longest complete turn."""
+    table = run.turn_table
+    if table is None or not {"duration_s", "phase", "complete"} <= set(table.columns):
+        return ""
+    whole = table[(table["phase"] == WHOLE) & table["complete"]]["duration_s"]
+    if len(whole) == 0:
+        return "no turn is complete"
+    return f"complete turns take {whole.min():.1f} to {whole.max():.1f} s"
 
 
 def _by_phase(run: StoredRun) -> list[dict[str, dict[str, Any]]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sssi_exudyn.reports.section import Block, Grid, Heading, Runs, Section, Text, section_of_each
+from sssi_exudyn.reports.section import Block, Grid, Heading, Runs, Section, Text, say_of_each, section_of_each
 from sssi_exudyn.reports.sections.tables import number
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Estimate, Summary, UncertaintyFigures
@@ -22,7 +22,20 @@ _LEAST = 0.005
 
 def uncertainty(runs: Runs) -> Section:
     """Show intervals, their budget, noise of the instruments, and corrections of the posture."""
-    return section_of_each("What is uncertain", runs, _blocks)
+    return section_of_each("What is uncertain", runs, _blocks, say_of_each(runs, _sources))
+
+
+def _sources(run: StoredRun) -> str:
+    """State where most of the first number's uncertainty comes from."""
+    figures = run.summary.uncertainty
+    if figures is None:
+        return ""
+    if figures.withheld is not None or not figures.shares:
+        return f"there are no intervals: {figures.withheld or 'nothing was estimated'}"
+    name, shares = next(iter(figures.shares.items()))
+    largest = sorted(shares.items(), key=lambda part: -part[1])[:2]
+    sources = " and ".join(f"{group} ({100.0 * share:.0f}\u00a0%)" for group, share in largest)
+    return f"most of the uncertainty of {_NAMES[name].partition(',')[0]} comes from {sources}"
 
 
 def _value(summary: Summary, key: str) -> float | None:
@@ -61,7 +74,7 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
 
 
 def _noise_and_corrections(figures: UncertaintyFigures) -> tuple[Block, ...]:
-    noise = [["measurement", "standard deviation (SI)", "times the usual", "correlated over (s)"]]
+    noise = [["measurement", "standard deviation (SI units)", "times the usual", "correlated over (s)"]]
     noise += [
         [
             name,

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from sssi_exudyn.reports.section import Panels
 from sssi_exudyn.reports.sections.overlay import overlay
-from sssi_exudyn.reports.sections.replay import the_run
+from sssi_exudyn.reports.sections.replay import the_runs
 from sssi_exudyn.results.stored import StoredRun
 
 
@@ -27,7 +27,8 @@ def slower(run: StoredRun, factor: float) -> StoredRun:
 
 
 def test_the_time_gap_is_that_of_the_clocks(run: StoredRun) -> None:
-    (block,) = overlay([run, slower(run, 1.5)]).blocks
+    section = overlay([run, slower(run, 1.5)])
+    (block,) = section.blocks
     assert isinstance(block, Panels)
     assert [panel.title for panel in block.panels] == ["tracks", "time gap", "speed"]
     axes = Figure().add_subplot()
@@ -36,8 +37,7 @@ def test_the_time_gap_is_that_of_the_clocks(run: StoredRun) -> None:
     first = np.interp(places, run.com[:, 0] - run.com[0, 0], run.time)
     np.testing.assert_allclose(gap, 0.5 * first, atol=1e-9)
     # at the last place that is compared, less than a step before the end
-    assert f"is {float(np.asarray(gap)[-1]):.2f} s ahead" in block.caption
-    assert block.caption.count(f"{run.name} is") == 1
+    assert f"{run.name} is {float(np.asarray(gap)[-1]):.2f} s ahead" in section.sentence
 
 
 def test_speeds_are_at_the_same_place(run: StoredRun) -> None:
@@ -55,5 +55,5 @@ def test_one_run_or_three_have_none(run: StoredRun, count: int) -> None:
 
 
 def test_several_replays_are_played_together(run: StoredRun) -> None:
-    assert "together" in str(the_run([run, run]).blocks)
-    assert "together" not in str(the_run([run]).blocks)
+    assert "together" in str(the_runs([run, run]).blocks)
+    assert "together" not in str(the_runs([run]).blocks)
