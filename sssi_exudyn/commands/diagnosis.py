@@ -42,7 +42,7 @@ from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import compare_for_
 from sssi_exudyn.validation.diagnosis.several_runs.second_pass import ask_other_runs
 
 _BY_REDUCED: Final = (
-    "diagnosed by the reduced model alone: no fit was confirmed by the full one, of which only the run shown is"
+    "diagnosed by the reduced model alone: the full model confirmed no fit and simulated only the run that is shown"
 )
 
 

@@ -10,8 +10,8 @@ from sssi_exudyn.reports.verdict import verdict_of
 from sssi_exudyn.results.summary import Estimate, Summary
 
 PLUS_MINUS: Final = (
-    "± is one standard deviation: of the error of an estimate, and of the spread between turns. A 90\u00a0% interval holds"
-    " the true value nine times in ten."
+    "± is one standard deviation: of the error of an estimate, and of the spread between turns. A 90\u00a0% interval"
+    " holds the true value nine times in ten."
 )
 """What ± means, said once on a page."""
 

@@ -70,13 +70,13 @@ def _next(diagnosis: Diagnosis) -> Tile:
 
 def _better(change: Change) -> str:
     before, after = ("–" if value is None else f"{value:.3f} m" for value in (change.before, change.after))
-    return f"{after} for {before}"
+    return f"{after}, was {before}"
 
 
 def _on_other_turns(change: Change) -> str:
     if change.before is None or change.after is None:
         return "mean error of the track"
-    return f"mean error of the track; on turns not fitted {change.after:.3f} m for {change.before:.3f} m"
+    return f"mean error of the track; on turns not fitted {change.after:.3f} m, was {change.before:.3f} m"
 
 
 def _words(name: str) -> str:

@@ -1,6 +1,6 @@
 "use strict";
 // Draws each ".replay" of the page: skeleton, bending skis, path and forces in perspective, with what the page itself
-// holds as data.  Level frame: x down the fall line, y to the left, z up, metres; see validation/replay.py.
+// holds as data.  Level frame: x down the fall line, y to the left, z up, metres; see sections/replay.py.
 (() => {
   const numbers = (text, Kind) => new Kind(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
   const lerp = (a, b, t) => a + (b - a) * t;
@@ -8,6 +8,11 @@
   const SIDE = ["c2", "c1"]; // the theme's colours of left and right
   const FIELD = 0.7; // rad, height of the picture
   const METRES_PER_WEIGHT = 0.9; // length of an arrow as strong as the skier's weight
+  const AROUND = 1.45; // height of the picture over the skier's: arrows and poles reach beyond him
+  const LOWER = 0.12; // m below the centre of mass to the picture's middle: skis and shadow need room
+  const ASIDE = 0.8; // m from the centre of mass to the weight's arrow, which would cover him
+  const LIGHT = [0.35, 0.55, -1]; // direction of the light, for shadows
+  const STEEPEST = 0.75; // sine of the angle at which a carried pole points down
 
   class Replay {
     constructor(box) {
@@ -21,7 +26,7 @@
       this.pen = this.canvas.getContext("2d");
       this.frame = 0; // whole and fraction
       this.speed = 1;
-      this.distance = 5;
+      this.distance = (AROUND * this.stature()) / (2 * Math.tan(FIELD / 2));
       [this.azimuth, this.height] = VIEWS.front;
       this.snow = this.snowLevel();
       this.listen();
@@ -45,6 +50,21 @@
       const { newton, frames } = this.data;
       const first = Math.min(Math.floor(this.frame), frames - 2), t = this.frame - first, a = 3 * (3 * first + index);
       return [0, 1, 2].map((k) => newton * lerp(this.forces[a + k], this.forces[a + 9 + k], t));
+    }
+
+    // Largest height of the skier in any frame, from the lowest to the highest point of the skeleton.
+    stature() {
+      const { frames, feet, points, step } = this.data;
+      let largest = 0;
+      for (let i = 0; i < frames; i++) {
+        let [low, high] = [Infinity, -Infinity];
+        for (let k = 0; k < feet + 2; k++) {
+          const z = step * this.around[3 * (i * points + k) + 2];
+          [low, high] = [Math.min(low, z), Math.max(high, z)];
+        }
+        largest = Math.max(largest, high - low);
+      }
+      return largest;
     }
 
     // Height of the snow's plane over the origin, along its normal: the lower foot's median.
@@ -90,7 +110,7 @@
     }
 
     look() {
-      const target = this.com(), [c, s] = [Math.cos(this.height), Math.sin(this.height)];
+      const com = this.com(), target = [com[0], com[1], com[2] - LOWER], [c, s] = [Math.cos(this.height), Math.sin(this.height)];
       const out = [Math.cos(this.azimuth) * c, Math.sin(this.azimuth) * c, s];
       this.eye = target.map((value, k) => value + this.distance * out[k]);
       this.ahead = out.map((value) => -value);
@@ -129,14 +149,17 @@
       this.pen.lineCap = this.pen.lineJoin = "round";
       this.look();
       this.drawGround();
-      const things = [...this.skis(), ...this.bones(), ...this.arrows()].filter((thing) => thing !== null);
+      this.drawShadow();
+      const drawn = [...this.skis(), ...this.bones(), ...this.poles(), ...this.arrows()];
+      const things = drawn.filter((thing) => thing !== null);
       things.sort((a, b) => b.depth - a.depth);
       for (const thing of things) thing.paint();
+      this.drawScale();
       this.tell();
     }
 
-    // The slope as snow: cells that fade with their distance, darker where they turn from a light on the left, and
-    // lines of equal height, a metre apart.
+    // The slope as snow: cells that fade with their distance, darker where they turn from the light, and lines of equal
+    // height, a metre apart.
     drawSnow(x, y, reach) {
       const pen = this.pen, cell = 2, [first, last] = [-reach / cell, reach / cell - 1];
       const [i, j] = [cell * Math.round(x / cell), cell * Math.round(y / cell)];
@@ -152,10 +175,12 @@
           pen.globalAlpha = 1 - away * away;
           pen.fill();
           const [p, q] = [i + cell * (a + 0.5), j + cell * b];
-          const turned = (this.hill(p, q + cell) - this.hill(p, q)) / cell;
+          const down = (this.hill(p + cell, q) - this.hill(p, q)) / cell;
+          const aside = (this.hill(p, q + cell) - this.hill(p, q)) / cell;
+          const turned = -(LIGHT[0] * down + LIGHT[1] * aside); // from the light, against the plane
           if (turned > 0) {
-            pen.fillStyle = this.colour("contour");
-            pen.globalAlpha *= Math.min(0.5, 4 * turned);
+            pen.fillStyle = this.colour("shade");
+            pen.globalAlpha *= Math.min(0.5, 3 * turned);
             pen.fill();
           }
         }
@@ -207,6 +232,74 @@
       const path = [];
       for (let k = 0; k < frames; k += every) path.push([0, 1, 2].map((c) => this.path[3 * k + c]));
       this.line(path, this.colour("path"), 1.5, [2, 5]);
+    }
+
+    // The skier's shadow on the snow, along the light.
+    drawShadow() {
+      const fallen = (place) => {
+        let at = place;
+        for (let k = 0; k < 3; k++) { // the snow is nearly flat under a skier
+          const above = place[2] - this.onSnow(at[0], at[1])[2];
+          at = place.map((value, c) => value - (above * LIGHT[c]) / LIGHT[2]);
+        }
+        return this.onSnow(at[0], at[1]);
+      };
+      const strokes = this.data.bones.map(([from, to, half]) => [this.point(from), this.point(to), half]);
+      const [neck, crown] = this.data.head.map((index) => this.point(index));
+      strokes.push([neck, crown, 0.1], ...this.poleEnds().map(([hand, tip]) => [hand, tip, 0.006]));
+      for (const [start, stop, half] of strokes) {
+        const [a, b] = [this.project(fallen(start)), this.project(fallen(stop))];
+        if (a === null || b === null) continue;
+        this.pen.strokeStyle = this.colour("shadow");
+        this.pen.lineWidth = Math.max(1, 2 * half * a.scale);
+        this.pen.beginPath();
+        this.pen.moveTo(a.x, a.y);
+        this.pen.lineTo(b.x, b.y);
+        this.pen.stroke();
+      }
+    }
+
+    // Hand and tip of each pole as it is carried, behind the hand and above the snow: no instrument sees poles.
+    poleEnds() {
+      const f = Math.min(Math.floor(this.frame), this.data.frames - 2), [a, b] = [this.com(f), this.com(f + 1)];
+      const course = a.map((value, k) => b[k] - value), far = Math.hypot(...course) || 1;
+      return this.data.hands.map((index) => {
+        const hand = this.point(index), length = this.data.pole;
+        const high = hand[2] - this.onSnow(hand[0], hand[1])[2];
+        const sine = Math.min(STEEPEST, Math.max(0, (0.85 * high) / length)), cosine = Math.sqrt(1 - sine * sine);
+        const down = [0, 0, -1];
+        return [hand, hand.map((value, k) => value + length * (sine * down[k] - (cosine * course[k]) / far))];
+      });
+    }
+
+    poles() {
+      return this.poleEnds().map((ends) => {
+        const [a, b] = ends.map((place) => this.project(place));
+        if (a === null || b === null) return null;
+        return { depth: (a.depth + b.depth) / 2, paint: () => this.line(ends, this.colour("ink"), 1.6) };
+      });
+    }
+
+    // An arrow of one body weight with its size, below on the left: the measure of all arrows at the skier.
+    drawScale() {
+      if (!this.box.querySelector("[name=forces]").checked) return;
+      const { weight, bodyweight } = this.data, at = this.project(this.com());
+      if (at === null) return;
+      const long = (at.scale * METRES_PER_WEIGHT * bodyweight) / weight, [x, y] = [14, this.tall - 12];
+      const pen = this.pen;
+      pen.strokeStyle = pen.fillStyle = this.colour("ink");
+      pen.lineWidth = 2;
+      pen.beginPath();
+      pen.moveTo(x - 5, y);
+      pen.lineTo(x + 5, y);
+      pen.moveTo(x, y);
+      pen.lineTo(x, y - long);
+      pen.moveTo(x - 5, y - long);
+      pen.lineTo(x + 5, y - long);
+      pen.stroke();
+      pen.font = "13px system-ui, sans-serif";
+      pen.textBaseline = "middle";
+      pen.fillText(`1 body weight (${bodyweight.toFixed(0)} N)`, x + 9, y - 4);
     }
 
     skis() {
@@ -287,7 +380,7 @@
         arrow(feet[0], this.force(0), "c3"),
         arrow(feet[1], this.force(1), "c3"),
         arrow(com, this.force(2), "c4"),
-        arrow(com, [0, 0, -weight], "ink"),
+        arrow(com.map((value, k) => value + ASIDE * this.right[k]), [0, 0, -weight], "ink"),
       ];
     }
 

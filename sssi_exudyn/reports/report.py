@@ -1,7 +1,7 @@
 """The report of a result, or of several side by side, made from the contents of their folders.
 
-The answer comes first (``first_screen``), then the result's basis.  The paper's tables and figures follow in the paper's
-order (Table 1, Figures 4 to 8), then further results, the solver's health and the provenance.
+The answer comes first (``first_screen``), then the result's basis.  The paper's tables and figures follow in its order
+(Table 1, Figures 4 to 8), then further results, the solver's health and the provenance.
 """
 
 from __future__ import annotations

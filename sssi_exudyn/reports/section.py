@@ -170,5 +170,6 @@ def say_of_each(runs: Runs, say: Callable[[StoredRun], str]) -> str:
         return ""
     if len(runs) == 1:
         (clause,) = (clause for _, clause in clauses)
-        return f"{clause[:1].upper()}{clause[1:]}."
+        # a coefficient's Greek letter stays small
+        return f"{clause[:1].upper() if clause[:1].isascii() else clause[:1]}{clause[1:]}."
     return "; ".join(f"{name}: {clause}" for name, clause in clauses) + "."

@@ -104,8 +104,8 @@ def _agreement(summary: Summary) -> str:
     words = f"The simulated track misses the GPS by {error:.3f} m on average, {percent:.2f}\u00a0% of its length"
     correlation, rmsd = summary.pressure_ratio.correlation, summary.pressure_ratio.rmsd
     if correlation is not None:
-        off = "" if rmsd is None else f" and is {100.0 * rmsd:.0f}\u00a0% of the load off (rms)"
-        words += f"; the load's shift between the feet correlates {correlation:.3f} with the insoles{off}"
+        off = "" if rmsd is None else f" and differs from them by {100.0 * rmsd:.0f}\u00a0% of the load (rms)"
+        words += f"; the left foot's share of the load correlates {correlation:.3f} with the insoles{off}"
     return words + "."
 
 
@@ -118,7 +118,7 @@ def _residual(summary: Summary) -> str:
 def _assumed(summary: Summary) -> str:
     """State that something was assumed because it was not stated."""
     some = any(notice.startswith("assumed") for notice in summary.notices)
-    return " Part of what is stated of skier and equipment was assumed." if some else ""
+    return " Part of the data of skier and equipment was assumed." if some else ""
 
 
 def _friction(summary: Summary) -> str:

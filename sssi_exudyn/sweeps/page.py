@@ -58,7 +58,7 @@ def _lead(plan: Plan, runs: pd.DataFrame) -> str:
     tier = f" with the {plan.job.tier} model"
     what = {"fit": f"fits{tier}", "simulate": f"simulations{tier}", "turn": "steady turns of skis"}[plan.job.task]
     done = int((runs["status"] == DONE).sum())
-    return f"<p>{len(runs)} {what}, {done} of them complete. Changed from run to run: {names}.</p>\n"
+    return f"<p>{len(runs)} {what}, {done} of them complete. The sweep varies {names}.</p>\n"
 
 
 def _outcomes(plan: Plan, runs: pd.DataFrame) -> str:

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 from a_diagnosis import whole_version
 from a_run import GPS_BIAS, NAME, a_run
+from a_whole_run import a_run_of_few_sensors
 from matplotlib.figure import Figure
 from tiny import Tiny
 
@@ -25,8 +25,7 @@ from sssi_exudyn.reports.report import render, render_pdf, write_run
 from sssi_exudyn.reports.section import Grid
 from sssi_exudyn.reports.sections.terms import terms
 from sssi_exudyn.results.folder import MEASURED, read_skeleton, read_summary, read_table
-from sssi_exudyn.results.stored import StoredRun, read_run
-from sssi_exudyn.results.summary import Estimate, FrictionShares, Posture, PostureSigma, Prediction
+from sssi_exudyn.results.stored import read_run
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 
 
@@ -177,7 +176,7 @@ def test_what_went_wrong_and_what_was_missing_is_said_first() -> None:
     lead = shown[: shown.index("Limits and assumptions")]
     assert "stopped before the end (no step at 3.2 s)" in lead
     assert "A gust blows." in lead
-    assert shown.index("Slope estimated.") > shown.index("What to know of the recording")
+    assert shown.index("Slope estimated.") > shown.index("Remarks on the recording")
 
 
 def test_a_run_without_linked_turns_is_shown_whole(outline: Outline) -> None:
@@ -223,29 +222,12 @@ def test_a_result_folder_gives_the_page_again(folder: Path, tmp_path: Path, page
     assert written.read_text(encoding="utf-8") == page
 
 
-def few_sensors_run() -> StoredRun:
-    """Return a run of few sensors, most of whose posture is assumed."""
-    posture = Posture(
-        measured=("both skis",),
-        assumed=("knee flexion <90°",),
-        sigma=PostureSigma(edge_deg=5.0, pitch_deg=3.0, heading_deg=6.0, height_m=0.05),
-        gps_lag_s=None,
-        unbalanced_rms_m=0.02,
-        mu_t_se=FrictionShares(0.001, 0.004, 0.01, 0.02),
-        effective_friction=Estimate(0.2, 0.01),
-        second_half=Prediction(0.05, 0.4, 0.9, 3.0),
-    )
-    time = np.arange(0.0, 6.0, 0.1)
-    speeds = pd.DataFrame({"time_s": time, "measured_mps": 5.0 + np.sin(time), "predicted_mps": 5.0 + 0.0 * time})
-    return replace(a_run(6.0, 25.0, posture=posture), second_half=speeds)
-
-
 @pytest.mark.long(seconds=17)
 def test_every_command_leaves_the_report_that_is_made_from_its_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder, again = tmp_path / "result", tmp_path / "again.html"
-    write_run(folder, replace(few_sensors_run(), diagnosis=convert(whole_version(), Diagnosis)))
+    write_run(folder, replace(a_run_of_few_sensors(a_run(6.0, 25.0)), diagnosis=convert(whole_version(), Diagnosis)))
     report = (folder / "report.html").read_bytes()
     assert commands.report([folder], again).read_bytes() == report
     sssi_exudyn.muscles(folder, folder)

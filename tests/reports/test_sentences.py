@@ -52,7 +52,7 @@ def test_the_bad_news_is_said_too(run: StoredRun) -> None:
     (text,) = sentences([shown])
     rmsd = shown.summary.pressure_ratio.rmsd
     assert rmsd is not None
-    assert f"and is {100.0 * rmsd:.0f}\u00a0% of the load off" in text
+    assert f"and differs from them by {100.0 * rmsd:.0f}\u00a0% of the load" in text
     words = "the peak (210 N\u00a0m) and the rms (93 N\u00a0m) exceed OpenSim's limits of 75 N\u00a0m and 50 N\u00a0m"
     assert words in text
     assert "was assumed" in text

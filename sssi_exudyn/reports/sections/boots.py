@@ -13,8 +13,9 @@ from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.simulation.result import SIDES
 
 _ABOUT = (
-    "Cuff and muscles together make the ankle's moment; up (dorsiflexion) is positive. A cuff that is not stated is"
-    " estimated, with a prior from usual boots, so that it leaves least to the muscles: a lower bound for the muscles."
+    "Cuff and muscles together make the ankle's moment; up (dorsiflexion) is positive. Where the"
+    " recording states no cuff, its stiffness is estimated with a prior from usual boots so that the muscles' part is"
+    " least. That part is therefore a lower bound."
 )
 
 
@@ -43,15 +44,15 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
     rows = [
         (name, *(number(getattr(figures.ankles.get(side, AnkleFigures()), key)) for side in SIDES))
         for name, key in (
-            ("cuff presses neither way at a captured ankle of (°)", "lean_deg"),
+            ("neutral angle of the cuff, as captured (°)", "lean_deg"),
             ("ankle's moment, rms (N m)", "moment_rms_Nm"),
             ("largest", "moment_peak_Nm"),
             ("the cuff's part, rms (N m)", "cuff_rms_Nm"),
             ("largest", "cuff_peak_Nm"),
-            ("left to the muscles, rms (N m)", "muscles_rms_Nm"),
+            ("the muscles' part, rms (N m)", "muscles_rms_Nm"),
             ("the cuff's moment in edging, rms (N m)", "edging_rms_Nm"),
             ("largest", "edging_peak_Nm"),
-            ("by which boot and ankle give way to it, rms (°)", "edging_give_rms_deg"),
+            ("deflection of boot and ankle in edging, rms (°)", "edging_give_rms_deg"),
         )
     ]
     blocks: tuple[Block, ...] = (Text(_sentence(figures)), Text(_ABOUT), Grid([["", *SIDES], *map(list, rows)]))

@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.diagnosis_tiles import tiles_of_diagnosis
 from sssi_exudyn.reports.section import (
     Block,
     Drawing,
@@ -18,7 +17,6 @@ from sssi_exudyn.reports.section import (
     Runs,
     Section,
     Text,
-    Tiles,
     say_of_each,
     section_of_each,
 )
@@ -69,7 +67,7 @@ def _first_sentence(run: StoredRun) -> str:
 
 def diagnosis_blocks(diagnosis: Diagnosis) -> tuple[Block, ...]:
     """Return the section of one diagnosis."""
-    blocks: list[Block] = [Text(diagnosis.sentence), *(Tiles(tiles) for tiles in tiles_of_diagnosis(diagnosis))]
+    blocks: list[Block] = [Text(diagnosis.sentence)]
     if diagnosis.paragraph:
         blocks += [Heading("For the coach"), Text(diagnosis.paragraph)]
     if diagnosis.track_distance is not None:
@@ -77,23 +75,25 @@ def diagnosis_blocks(diagnosis: Diagnosis) -> tuple[Block, ...]:
         blocks.append(Drawing(_distance_caption(diagnosis), lambda axes: _draw_distance(axes, diagnosis, distance)))
     if diagnosis.latent_force is not None:
         before, after = diagnosis.latent_force.before, diagnosis.latent_force.after
-        caption = "Force that the model lacks, with twice its standard deviation; dots stand out from what noise shows"
+        caption = (
+            "Force that the model lacks, with twice its standard deviation; dots exceed what noise alone would show"
+        )
         blocks.append(Drawing(caption, lambda axes: draw_force(axes, before)))
         if diagnosis.findings:
             caption = f"The same with {_captions(diagnosis)} in the model"
             blocks.append(Drawing(caption, lambda axes: draw_force(axes, after)))
         if before.by_foot is not None:
             for side, on_foot in _by_foot(before, before.by_foot):
-                caption = f"The same on the {side} foot, were it the snow's: what the insoles say of it"
+                caption = f"The same force on the {side} foot, if the snow exerts it, as the insoles show it"
                 blocks.append(Drawing(caption, partial(draw_force, missing=on_foot)))
         rows = _force_rows(diagnosis.latent_force)
         blocks += [Facts(rows)] if rows else []
         if diagnosis.way is not None:
             path = diagnosis.way
             caption = (
-                "The slope from above, the fall line to the right. Arrows are the missing force in the snow's plane, the "
-                f"longest {_longest_force(before):.0f} N; circles are its standard deviation, and thin arrows are less "
-                "than that"
+                "The slope from above, the fall line to the right. Arrows are the missing force in the snow's plane, "
+                f"the longest {_longest_force(before):.0f} N; circles are its standard deviation, and thin "
+                "arrows are less than that"
             )
             blocks.append(Drawing(caption, lambda axes: _draw_slope(axes, path, before), 3.6))
     for finding in diagnosis.findings:
@@ -101,28 +101,31 @@ def diagnosis_blocks(diagnosis: Diagnosis) -> tuple[Block, ...]:
     if diagnosis.next:
         blocks += [Heading("What to measure next"), Facts(_next(diagnosis.next))]
     if diagnosis.friction_averaged is not None:
-        blocks += [Heading("Friction, whatever the explanation"), Facts(_friction(diagnosis.friction_averaged))]
+        blocks += [Heading("Friction over all explanations"), Facts(_friction(diagnosis.friction_averaged))]
     if diagnosis.weighed:
         weighed = diagnosis.weighed[0]
         caption = "Probability of every explanation, before anything was added"
         blocks += [Heading(caption), Drawing(caption, lambda axes: draw_probabilities(axes, weighed), 3.2)]
         blocks += [Facts(_hypotheses(weighed) + ([] if diagnosis.chance is None else [_chance(diagnosis.chance)]))]
     if diagnosis.smallest_noticed:
-        blocks += [Heading("What would have been noticed"), Facts(_smallest(diagnosis.smallest_noticed))]
+        blocks += [
+            Heading("Smallest effects that would have been noticed"),
+            Facts(_smallest(diagnosis.smallest_noticed)),
+        ]
     return (*blocks, Heading("Noise of the instruments"), Facts(_noise_rows(diagnosis.noise)))
 
 
 def _force_rows(latent: LatentForce) -> list[Row]:
     """State how much more probable the measurements are with some force, whatever its course, than with none."""
-    forces = (("some force missing, against none", latent.before), ("the same, with all findings", latent.after))
+    forces = (("some force is missing, against none", latent.before), ("the same, with all findings", latent.after))
     rows: list[Row] = [
-        (name, f"{force.log_bayes_factor:+.1f}", "log Bayes factor; above 3 there is one, below −3 there is none")
+        (name, f"{force.log_bayes_factor:+.1f}", "log Bayes factor; above 3 a force is missing, below −3 none is")
         for name, force in forces
         if force.log_bayes_factor is not None
     ]
     feet = latent.before.by_foot
     if feet is not None:
-        meaning = "log Bayes factor; with twice the freedom, so that it does not show whether the snow does it"
+        meaning = "log Bayes factor; it has twice as many unknowns, and does not prove that the snow acts"
         rows.append(("some force missing on the feet, against none", f"{feet.log_bayes_factor:+.1f}", meaning))
     return rows
 
@@ -207,22 +210,22 @@ def _hypotheses(posteriors: tuple[Weighed, ...]) -> list[Row]:
 
 def _chance(chance: Chance) -> Row:
     meaning = (
-        f"of {chance.runs} drawn with nothing hidden, all explanations compared as here, by linear responses: nothing "
-        f"is {chance.nothing_probability:.1%} probable by these here, below {chance.nothing_probability_5_percent:.0%} "
-        "in one of twenty drawn"
+        f"of {chance.runs} simulated runs with nothing hidden, compared by linear responses. That nothing is missing "
+        f"is {chance.nothing_probability:.1%} probable here, and below {chance.nothing_probability_5_percent:.0%} in "
+        "one of twenty simulated runs"
     )
-    return "runs that show as much by chance", f"{chance.as_strong:.1%}", meaning
+    return "share of runs that look as conspicuous by chance", f"{chance.as_strong:.1%}", meaning
 
 
 def _friction(averaged: dict[str, Number]) -> list[Row]:
-    meaning = "over all explanations, each as probable as above; 90 % interval"
+    meaning = "mean over all explanations, weighted with their probabilities; 90 % interval"
     return [(name, f"{n.value:.3f}", f"{meaning} {n.low:.3f} to {n.high:.3f}") for name, n in averaged.items()]
 
 
 def _next(measurements: tuple[Next, ...]) -> list[Row]:
     def meaning(measurement: Next) -> str:
         first, second = (name.replace("_", " ") for name in measurement.distinguishes)
-        return f"probability that {first} or {second} would stand alone then"
+        return f"probability that only {first} or {second} is then left"
 
     return [
         (measurement.measurement, f"{measurement.probability:.0%}", meaning(measurement))
@@ -236,7 +239,7 @@ def _smallest(noticed: dict[str, Smallest]) -> list[Row]:
         (
             name.replace("_", " "),
             f"{smallest.value:.3g} {unit_text(smallest.unit)}".rstrip(),
-            f"{smallest.number}, at least",
+            f"least {smallest.number}",
         )
         for name, smallest in noticed.items()
     ]

@@ -53,6 +53,7 @@ _KEY: Final = "".join(
         ("ink", "weight"),
         ("c4", "air"),
         ("path", "path of the centre of mass"),
+        ("ink", "poles, drawn as carried"),
     )
 )
 _TOGETHER: Final = (
@@ -65,6 +66,8 @@ _LEAVES: Final = tuple(i for i in range(len(SEGMENTS)) if i not in PARENT)
 _BULK: Final = {"pelvis": 0.1, "torso": 0.09, "femur": 0.075, "tibia": 0.055, "humerus": 0.045, "ulna": 0.04}
 """Half the thickness drawn (m), to distinguish trunk and limbs; ``_THIN`` for all others."""
 _THIN: Final = 0.035
+POLE: Final = 0.7
+"""Length of a pole over the skier's height, as shops advise for alpine skiing."""
 
 
 _REACH: Final = 16.0
@@ -218,6 +221,8 @@ def pack(replay: Replay, name: str, model: Model) -> dict[str, Any]:
         "newton": newton,
         "bones": _bones(),
         "head": [SEGMENT["head"], len(SEGMENTS) + _LEAVES.index(SEGMENT["head"])],
+        "hands": [len(SEGMENTS) + _LEAVES.index(SEGMENT[f"hand_{side}"]) for side in "lr"],
+        "pole": POLE * model.skier.height,
         "feet": len(SEGMENTS) + len(_LEAVES),
         "skis": len(SEGMENTS) + len(_LEAVES) + 2,
         "stations": len(STATIONS),

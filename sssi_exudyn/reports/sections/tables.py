@@ -167,7 +167,7 @@ def notices(runs: Runs) -> Section:
     """Show remarks on a recording for the reader, such as quantities that had to be estimated: a row a notice."""
     rows = [[run.name, notice] for run in runs for notice in run.summary.notices]
     sentence = "There is one remark on the recording." if len(rows) == 1 else f"There are {len(rows)} remarks on it."
-    return table_section("What to know of the recording", [["", "remark"], *rows], sentence)
+    return table_section("Remarks on the recording", [["", "remark"], *rows], sentence)
 
 
 def health(runs: Runs) -> Section:
@@ -201,7 +201,7 @@ def provenance(runs: Runs) -> Section:
         names = _union(getattr(run.summary.provenance, group) for run in runs)
         rows += [(f"{word} {name}", _origin(group, name)) for name in names]
     rows.append(("seed", lambda s: number(s.provenance.seed)))
-    return table_section("Where this comes from", sheet(runs, rows), say_of_each(runs, _inputs))
+    return table_section("Where this result comes from", sheet(runs, rows), say_of_each(runs, _inputs))
 
 
 def _inputs(run: StoredRun) -> str:

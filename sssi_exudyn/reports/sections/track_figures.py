@@ -126,7 +126,7 @@ def _panels_of(run: StoredRun) -> dict[str, Panel]:
             axes.plot(load_time[shown], measured[shown], color=plots.COLOURS[0], linestyle="--")
             axes.plot(run.time, ratio, color=plots.COLOURS[1])
             axes.set_ylim(-0.02, 1.02)
-            axes.set(xlabel="time (s)", ylabel="left over both (1)")
+            axes.set(xlabel="time (s)", ylabel="left foot's share")
 
         correlation = run.summary.pressure_ratio.correlation
         agreement = "" if correlation is None else f", correlation {correlation:.3f}"

@@ -22,7 +22,7 @@ _LEAST = 0.005
 
 def uncertainty(runs: Runs) -> Section:
     """Show intervals, their budget, noise of the instruments, and corrections of the posture."""
-    return section_of_each("What is uncertain", runs, _blocks, say_of_each(runs, _sources))
+    return section_of_each("Uncertainty", runs, _blocks, say_of_each(runs, _sources))
 
 
 def _sources(run: StoredRun) -> str:
@@ -67,7 +67,7 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
     ]
     return (
         Grid(intervals),
-        Heading("Where the uncertainty comes from"),
+        Heading("Sources of the uncertainty"),
         Grid(budget),
         *_noise_and_corrections(figures),
     )
@@ -97,7 +97,7 @@ def _noise_and_corrections(figures: UncertaintyFigures) -> tuple[Block, ...]:
     return (
         Heading("Noise of the measurements"),
         Grid(noise),
-        Heading("What was corrected"),
+        Heading("Corrections of the posture"),
         Text(verdict),
         Grid(largest),
         Grid(posture),

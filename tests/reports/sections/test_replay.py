@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from a_run import AZIMUTH, INCLINATION, MASS, SPEED, a_result, a_run
 
-from sssi_exudyn.bodies.skier.chain import SEGMENT
+from sssi_exudyn.bodies.skier.chain import HANDS, SEGMENT
 from sssi_exudyn.contact.terms.terrain import TerrainBump
 from sssi_exudyn.core.frames import GRAVITY, slope_to_level
 from sssi_exudyn.reports.plots import COLOURS
@@ -140,3 +140,16 @@ def test_script_and_page_speak_of_the_same_things(run: StoredRun) -> None:
 def test_colours_of_plots_are_those_of_the_theme() -> None:
     light = script("page.css").partition("@media")[0]
     assert re.findall(r"--c\d: (#\w+);", light) == list(COLOURS)
+
+
+def test_poles_hang_on_the_hands_and_are_as_long_as_the_skiers(run: StoredRun) -> None:
+    assert run.geometry is not None
+    scene = replay_of(run.series, run.geometry, run.model)
+    data = pack(scene, run.name, run.model)
+    path = np.frombuffer(base64.b64decode(data["path"]), "<f4").reshape(data["frames"], 3)
+    around = np.frombuffer(base64.b64decode(data["around"]), "<i2").reshape(data["frames"], data["points"], 3)
+    for point, hand in zip(data["hands"], HANDS, strict=True):
+        reach = np.linalg.norm(path + data["step"] * around[:, point] - scene.joints[:, hand], axis=1)
+        # from the wrist to the far end of the hand, to a step of rounding
+        assert np.allclose(reach, np.linalg.norm(run.geometry.segment_end[hand]), atol=1e-3)
+    assert data["pole"] == pytest.approx(0.7 * 1.75)

@@ -35,7 +35,7 @@ def test_interval_budget_and_corrections() -> None:
     text = words(1.5)
     assert "μ_t is 0.061, with 90 % probability between 0.051 and 0.072" in text.replace("\u00a0", " ")
     assert "feet's yaw (70 %) and drag (30 %)" in text.replace("\u00a0", " ")
-    for part in ("What is uncertain", "0.0510 to 0.0720", "feet's yaw 70 % 0 %", "knee angle l 1.23", "+1.5", "0.0212"):
+    for part in ("Uncertainty", "0.0510 to 0.0720", "feet's yaw 70 % 0 %", "knee angle l 1.23", "+1.5", "0.0212"):
         assert part in text, part
     assert "within three standard deviations" in text
 
@@ -65,7 +65,7 @@ def test_what_a_misfit_denies_is_not_shown() -> None:
     assert page.count(f"T{WHY[1:]}") == 2  # in the result's sentence, and before everything among the limits
     assert f"There are no intervals: {WHY}" in page
     assert "with 90" not in page
-    assert "Where the uncertainty comes from" not in page
+    assert "Sources of the uncertainty" not in page
 
 
 def doubts(**changes: object) -> tuple[str, ...]:
@@ -83,4 +83,4 @@ def test_doubts_of_a_fit_are_in_words() -> None:
 
 
 def test_a_run_without_an_estimate_has_no_section() -> None:
-    assert "What is uncertain" not in render([a_run(6.0)])
+    assert "Uncertainty" not in render([a_run(6.0)])

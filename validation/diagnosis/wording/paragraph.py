@@ -47,7 +47,7 @@ def paragraph_of(
     """
     causes, thresholds = len(last.hypotheses), last.fitted.thresholds
     sentences = [
-        f"The run was simulated and held against the recording; {causes} possible causes of a difference were tried, "
+        f"The run was simulated and compared with the recording. {causes} possible causes of a difference were tried, "
         "from snow, slope and wind to the skier's own pushes and faults of the instruments"
     ]
     if not near.adequate:
@@ -71,9 +71,9 @@ def paragraph_of(
 def _of_finding(finding: Finding, model: Model, thresholds: Thresholds) -> list[str]:
     """Say what a finding is, when it acts, how large and how sure it is, and what it may be instead."""
     words = BY_NAME[finding.name].plain_words(finding.parameters, model)
-    certain = f"the program holds this for {_percent(finding.probability)} probable"
+    certain = f"this is {_percent(finding.probability)} probable"
     if finding.probability < thresholds.sure:
-        certain += ", which is not enough to rely on it"
+        certain += ", which is not enough to rely on"
     others = [f"{_cause(other.name)} ({_percent(other.probability)})" for other in finding.alternatives]
     ruled_out = (
         f"not ruled out: {', '.join(others)}"
@@ -132,7 +132,7 @@ def _too_small(noticed: dict[str, Smallest]) -> list[str]:
             listed.append(
                 text.format(value=smallest.value, degrees=np.degrees(smallest.value), kmh=_KMH * smallest.value)
             )
-    return [f"Too small to be noticed here would be less than {', '.join(listed)}"] if listed else []
+    return [f"Anything smaller than these would have gone unnoticed: {', '.join(listed)}"] if listed else []
 
 
 def _what_next(
@@ -146,8 +146,8 @@ def _what_next(
     if following:
         best = following[0]
         return (
-            f"Next: {best.measurement}; with a probability of {_percent(best.probability)} one of "
-            f"{_cause(best.distinguishes[0])} and {_cause(best.distinguishes[1])} then stands alone"
+            f"Next: {best.measurement}; with a probability of {_percent(best.probability)} it leaves only one of "
+            f"{_cause(best.distinguishes[0])} and {_cause(best.distinguishes[1])}"
         )
     if verdict == "none":
         return "Next: nothing needs to be measured again for this"
@@ -162,7 +162,7 @@ def _what_next(
         return f"Next: {measurement}"
     least = min(findings, key=lambda finding: finding.probability)
     if least.kind == "sensor":
-        return "Next: put the instrument right before the next run; the figures of this one take its fault into account"
+        return "Next: correct the instrument before the next run; the figures of this run take its fault into account"
     there = "be there again" if BY_NAME[least.name].comes_again else "be gone"
     return f"Next: ski the slope once more; {_cause(least.name)} would {there}"
 

@@ -31,8 +31,8 @@ def sentence_of(
         friction = models[0].friction
         return (
             f"Nothing is missing: the track is met to {_metres(first.trajectory_error)} m, which is what the "
-            f"instruments' noise leaves; μ_t is {friction.mu_t:.3f} and μ_n {friction.mu_n:.2f}. Would not have been "
-            f"noticed if smaller: {_list_smallest(last)}."
+            f"instruments' noise leaves; μ_t is {friction.mu_t:.3f} and μ_n {friction.mu_n:.2f}. Smaller effects "
+            f"would have gone unnoticed: {_list_smallest(last)}."
         )
     clauses = [_clause(finding, models[1], last.fitted.thresholds) for finding in findings]
     if clauses:

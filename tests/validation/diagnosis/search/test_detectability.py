@@ -1,4 +1,4 @@
-"""What would have been noticed, and whether a track is met as well as its instruments allow."""
+"""Smallest effects that would have been noticed, and whether a track is met as well as its instruments allow."""
 
 from __future__ import annotations
 

@@ -21,7 +21,9 @@ class FrictionByEdge(SteadyLaw):
     caption = "friction that depends on the edge angle"
     amplitudes = (("b", 0.1),)
     distinctions = (
-        Distinction(("load_dependent_friction", "snow_compaction"), "a straight run beside the turns on the same snow"),
+        Distinction(
+            ("load_dependent_friction", "snow_compaction"), "a straight run next to the turns on the same snow"
+        ),
     )
 
     def part(self, fitted: FittedRun) -> EdgeDependentFriction:

@@ -20,7 +20,7 @@ class FrictionByLoad(SteadyLaw):
     name = LoadDependentFriction.name
     caption = "friction that depends on the load"
     amplitudes = (("b", 0.05),)
-    distinctions = (Distinction(("snow_compaction",), "a straight run beside the turns on the same snow"),)
+    distinctions = (Distinction(("snow_compaction",), "a straight run next to the turns on the same snow"),)
 
     def part(self, fitted: FittedRun) -> LoadDependentFriction:
         return LoadDependentFriction(load_ref=float(np.mean(fitted.run.foot_load)))

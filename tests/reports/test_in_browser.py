@@ -1,0 +1,181 @@
+"""Pages in a real browser, on a desk and on a phone, light and dark: no text is cut, every picture can be read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from a_whole_run import a_run_of_few_sensors, a_whole_run
+from browser import browser, shown
+from matplotlib.axes import Axes
+
+from sssi_exudyn.reports import plots
+from sssi_exudyn.reports.html import document, figure
+from sssi_exudyn.reports.report import render
+from sssi_exudyn.reports.section import Markup, Section
+
+WIDTHS = (1280, 390)
+LOOKS = ("light", "dark")
+LEAVES_ITS_FIGURE = """() => [...document.querySelectorAll("svg")].flatMap((svg) => {
+  const box = svg.getBoundingClientRect();
+  return [...svg.querySelectorAll("text")].filter((text) => text.textContent.trim()).filter((text) => {
+    const own = text.getBoundingClientRect();
+    return own.left < box.left - 1 || own.right > box.right + 1 || own.top < box.top - 1 || own.bottom > box.bottom + 1;
+  }).map((text) => [svg.getAttribute("aria-label"), text.textContent]);
+})"""
+"""Words of pictures beyond the picture's box, to a pixel: a browser rounds places to that."""
+EMPTY_LEGENDS = """() => [...document.querySelectorAll(".key, .key span")]
+  .filter((key) => !key.textContent.trim()).map((key) => key.outerHTML)"""
+WIDER_THAN_THE_SCREEN = "() => document.documentElement.scrollWidth - document.documentElement.clientWidth"
+CUT = """() => [...document.querySelectorAll("dt, dd, th, td, p, summary, h1, h2, h3, figcaption, button")]
+  .filter((part) => part.scrollWidth > part.clientWidth + 1 && getComputedStyle(part).display !== "inline")
+  .map((part) => part.textContent.slice(0, 80))"""
+CONTRASTS = """() => {
+  const parts = (colour) => colour.match(/[\\d.]+/g).slice(0, 3).map((value) => {
+    const c = Number(value) / 255;
+    return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
+  });
+  const luminance = (colour) => parts(colour).reduce((sum, c, k) => sum + c * [0.2126, 0.7152, 0.0722][k], 0);
+  const paper = luminance(getComputedStyle(document.body).backgroundColor);
+  return [...document.querySelectorAll("svg text")].map((text) => {
+    const ink = luminance(getComputedStyle(text).fill);
+    return (Math.max(ink, paper) + 0.05) / (Math.min(ink, paper) + 0.05);
+  });
+}"""
+"""Ratios of pictures' words to the page below them, as WCAG 2.1 defines them."""
+
+
+def a_page_of_awkward_plots() -> str:
+    """Return a page of what runs over its margins: long names, many keys, a second axis, a colour bar, large ticks."""
+
+    def keys(axes: Axes) -> None:
+        for index in range(7):
+            axes.plot([0.0, 1.0], [0.0, index], label=f"a long name of line {index}")
+        axes.set(xlabel="time (s)", ylabel="a label that is nearly as long as the axis")
+
+    def second_axis(axes: Axes) -> None:
+        axes.plot([0.0, 1.0], [-123456.0, 0.001])
+        axes.ticklabel_format(style="plain")
+        axes.set(ylabel="height (m)")
+        axes.twinx().set(ylabel="inclination (deg)", ylim=(0.0, 12345.0))
+
+    def bar(axes: Axes) -> None:
+        drawn = axes.pcolormesh(np.arange(4.0).reshape(2, 2) * 1e4)
+        axes.set_yticks([0.5, 1.5], ["friction.mu_t_of_new_snow", "ski.width_at_the_shovel"])
+        axes.set(ylabel="percentage trajectory error of all runs (%)")
+        parent = axes.get_figure()
+        assert parent is not None
+        colours = parent.colorbar(drawn, ax=axes)
+        colours.set_label("mean speed (m/s)", color=plots.INK)
+        assert colours.solids is not None
+        colours.solids.set(rasterized=False)
+
+    drawn = "".join(
+        figure(plots.svg(f"plot-{index}", draw, height), "A plot")
+        for index, (draw, height) in enumerate(((keys, 2.9), (second_axis, 2.3), (bar, 3.6)))
+    )
+    return document("Awkward plots", "", [Section("Plots", (Markup(drawn),))])
+
+
+def pages() -> dict[str, str]:
+    whole = a_whole_run()
+    other = replace(whole, summary=replace(whole.summary, recording="another run"), diagnosis=None)
+    return {
+        "report": render([whole]),
+        "few sensors": render([a_run_of_few_sensors(whole)]),
+        "two runs": render([whole, other]),
+        "awkward plots": a_page_of_awkward_plots(),
+    }
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("pages")
+    written = {}
+    for name, page in pages().items():
+        written[name] = folder / f"{name}.html"
+        written[name].write_text(page, encoding="utf-8")
+    return written
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    with browser() as started:
+        yield started
+
+
+@pytest.mark.long(seconds=20)
+@pytest.mark.parametrize("name", ["report", "few sensors", "two runs", "awkward plots"])
+def test_no_text_is_cut_and_no_legend_is_empty(name: str, files: dict[str, Path], chromium: Any) -> None:
+    for width in WIDTHS:
+        for look in LOOKS:
+            page = shown(chromium, files[name], width, look)
+            assert page.evaluate(LEAVES_ITS_FIGURE) == [], (width, look)
+            assert page.evaluate(EMPTY_LEGENDS) == [], (width, look)
+            assert page.evaluate(CUT) == [], (width, look)
+            assert page.evaluate(WIDER_THAN_THE_SCREEN) <= 0, (width, look)
+            contrasts = page.evaluate(CONTRASTS)
+            assert contrasts
+            assert min(contrasts) >= 4.5, (width, look)  # WCAG 2.1, AA, of text in its usual size
+            page.context.close()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("width", WIDTHS)
+def test_the_answer_is_on_the_first_screen(width: int, files: dict[str, Path], chromium: Any) -> None:
+    page = shown(chromium, files["report"], width, "light")
+    page.evaluate("for (const details of document.querySelectorAll('details')) details.open = false")
+    bottom = page.evaluate("() => document.querySelector('.answer').getBoundingClientRect().bottom")
+    tall = page.evaluate("() => document.documentElement.scrollHeight")
+    assert bottom < 844.0 * (1.0 if width > 600 else 1.4)  # with a diagnosis' tiles; on a phone these come first
+    assert tall < 12.0 * 844.0
+    page.context.close()
+
+
+FILLED = """() => {
+  const canvas = document.querySelector(".replay canvas"), style = getComputedStyle(canvas);
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const named = ["c1", "c2", "trunk", "head"].map((name) => style.getPropertyValue(`--${name}`).trim());
+  const inks = named.map((hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)));
+  let [first, last] = [Infinity, -Infinity];
+  for (let i = 0; i < data.length; i += 4) {
+    if (!inks.some((ink) => ink.every((value, k) => Math.abs(value - data[i + k]) < 3))) continue;
+    const row = Math.floor(i / 4 / canvas.width);
+    [first, last] = [Math.min(first, row), Math.max(last, row)];
+  }
+  return (last - first) / Math.min(canvas.width, canvas.height);
+}"""
+"""The skier's height over the smaller side of the picture, at the first instant, before any track is drawn."""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("width", WIDTHS)
+def test_the_skier_fills_the_replay(width: int, files: dict[str, Path], chromium: Any) -> None:
+    page = shown(chromium, files["few sensors"], width, "light")
+    page.wait_for_function("() => document.querySelector('.replay canvas').width > 0")
+    assert 0.55 < page.evaluate(FILLED) <= 1.0
+    faults: list[str] = []
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    for view in ("front", "side", "behind", "above"):
+        page.locator(".replay [name=view]").select_option(view)
+    page.locator(".replay [name=forces]").uncheck()
+    page.locator(".replay [name=play]").click()
+    page.wait_for_timeout(300)
+    assert faults == []
+    page.context.close()
+
+
+@pytest.mark.long
+def test_all_details_open_and_close_at_once(files: dict[str, Path], chromium: Any) -> None:
+    page = shown(chromium, files["report"], WIDTHS[0], "light")
+    count = "() => document.querySelectorAll('section > details:not([open])').length"
+    assert page.evaluate(count) == 0
+    page.locator("p.all button").click()
+    assert page.evaluate(count) == page.evaluate("() => document.querySelectorAll('section > details').length") > 5
+    page.locator("p.all button").click()
+    assert page.evaluate(count) == 0
+    page.context.close()
