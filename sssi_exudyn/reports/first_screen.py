@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from html import escape
 
@@ -20,15 +21,17 @@ _OF_POSTURE = ("technique", "load share")
 
 def first_screen(runs: Runs) -> str:
     """Return markup: a light and tiles of every run, the replay of a single one, and all of it in words, folded."""
-    answers = "".join(_answer(run, named=len(runs) > 1) for run in runs)
-    beside = replay_html(runs[0]) if len(runs) == 1 else ""
-    words = "".join(f'<p class="result">{escape(sentence)}</p>\n' for sentence in sentences(runs)[: len(runs)])
-    return (
-        f'<div class="first{"" if beside else " several"}">\n{answers}{beside}</div>\n'
-        + "".join(f'<p class="result">{escape(sentence)}</p>\n' for sentence in differences(runs))
-        + f'<p class="soft">{escape(PLUS_MINUS)}</p>\n'
+    answers = [_answer(run, named=len(runs) > 1) for run in runs]
+    words = _paragraphs(sentences(runs)[: len(runs)])
+    below = (
+        f'{_paragraphs(differences(runs))}<p class="soft">{escape(PLUS_MINUS)}</p>\n'
         f'<details class="words">\n<summary>The result in words</summary>\n{words}</details>\n'
     )
+    replayed = replay_html(runs[0]) if len(runs) == 1 else ""
+    if replayed:
+        return f'<div class="first">\n<div class="answer">\n{answers[0]}{below}</div>\n{replayed}</div>\n'
+    boxes = "".join(f'<div class="answer">\n{answer}</div>\n' for answer in answers)
+    return f'<div class="first several">\n{boxes}</div>\n{below}'
 
 
 def answer_blocks(runs: Runs) -> tuple[Block, ...]:
@@ -57,7 +60,11 @@ def _answer(run: StoredRun, *, named: bool) -> str:
     diagnosed = "".join(tiles_html(tiles) for tiles in _diagnosis_tiles(run))
     diagnosed = f"<h3>Diagnosis</h3>\n{diagnosed}" if diagnosed else ""
     light = _light(verdict_of(run.summary))
-    return f'<div class="answer">\n{headline}{light}{diagnosed}{tiles_html(answer_tiles(run))}</div>\n'
+    return f"{headline}{light}{diagnosed}{tiles_html(answer_tiles(run))}"
+
+
+def _paragraphs(lines: Sequence[str]) -> str:
+    return "".join(f'<p class="result">{escape(line)}</p>\n' for line in lines)
 
 
 def _light(verdict: Verdict) -> str:

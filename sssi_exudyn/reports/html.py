@@ -155,7 +155,9 @@ def grid(rows: Sequence[Sequence[str]]) -> str:
     """
     if len(rows) < 2:
         return ""
-    top = "".join(f'<th scope="col" class="number">{escape(cell)}</th>' if cell else "<td></td>" for cell in rows[0])
+    first, *others = rows[0]
+    top = f'<th scope="col">{escape(first)}</th>' if first else "<td></td>"
+    top += "".join(f'<th scope="col" class="number">{escape(cell)}</th>' if cell else "<td></td>" for cell in others)
     body = "".join(
         f'<tr><th scope="row">{escape(row[0])}</th>'
         + "".join(f'<td class="{"number" if len(cell) < _LONG else "long"}">{escape(cell)}</td>' for cell in row[1:])

@@ -11,6 +11,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
+from matplotlib.gridspec import GridSpec
 from matplotlib.lines import Line2D
 
 from sssi_exudyn.reports import plots
@@ -38,6 +39,8 @@ _FACTS: Final = (0.0, 0.45, 0.48)
 """Left edges of the columns of a table of facts, as shares of its width; the second one ends there."""
 _MANY: Final = 6
 """Columns beyond which a table is set smaller."""
+_TITLES: Final = 80
+"""Letters of panels' titles that fit side by side."""
 _LETTERS: Final = 880.0
 """Number of letters of one point that fill a table's width."""
 
@@ -129,14 +132,29 @@ class _Paper:
         area = self._page.add_gridspec(
             rows, columns, left=_LEFT + 0.02, right=_RIGHT, top=top, bottom=bottom, hspace=0.6, wspace=0.35
         )
+        first = len(self._page.axes)
         for index, panel in enumerate(block.panels):
             axes = self._page.add_subplot(area[index // columns, index % columns])
-            axes.set_title(panel.title, fontsize=9.0, loc="left")
+            axes.set_title(textwrap.fill(panel.title, _TITLES // columns), fontsize=9.0, loc="left")
             panel.draw(axes)
+        self._fit_right(area, first)
         names = [key.meaning for key in block.keys]
         place = (_LEFT, bottom - 2.0 * _LINE)
         self._page.legend([_handle(key) for key in block.keys], names, loc="upper left", bbox_to_anchor=place, ncols=4)
         self._y = bottom - (2.5 + 1.3 * -(-len(names) // 4)) * _LINE
+
+    def _fit_right(self, area: GridSpec, first: int) -> None:
+        """Make the panels from the axes ``first`` on narrower where an axis on their right leaves the page's width."""
+        drawn = self._page.axes[first:]
+        boxes = [axes.get_tightbbox() for axes in drawn]
+        beyond = max((box.x1 / self._page.bbox.width for box in boxes if box is not None), default=0.0) - _RIGHT
+        if beyond <= 0.0:
+            return
+        area.update(right=_RIGHT - beyond, wspace=0.35 + 4.0 * beyond)  # of figures of pyplot it moves the axes too
+        for axes in drawn:
+            place = axes.get_subplotspec()
+            if place is not None:
+                axes.set_position(place.get_position(self._page))
 
 
 def _add_section(paper: _Paper, section: Section) -> None:
@@ -188,6 +206,7 @@ def _add_block(paper: _Paper, block: Block) -> None:
             block.draw(axes)
             if axes.get_legend_handles_labels()[0]:
                 axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderpad=0.0)
+            _fit_width(axes)
             _add_caption(paper, block.caption)
         case Panels():
             paper.panels(block)
@@ -196,6 +215,17 @@ def _add_block(paper: _Paper, block: Block) -> None:
             _add_block(paper, Facts([(tile.name, tile.value, tile.note) for tile in tiles]))
         case Markup():
             pass
+
+
+def _fit_width(axes: Axes) -> None:
+    """Make axes narrower where names at their left or an axis at their right leave the text's width."""
+    figure, box = axes.get_figure(root=True), axes.get_tightbbox()
+    if figure is None or box is None:
+        return
+    place = axes.get_position()
+    left = max(0.0, _LEFT - box.x0 / figure.bbox.width)
+    right = max(0.0, box.x1 / figure.bbox.width - _RIGHT)
+    axes.set_position((place.x0 + left, place.y0, place.width - left - right, place.height))
 
 
 def _add_caption(paper: _Paper, caption: str) -> None:

@@ -75,7 +75,7 @@ def _place_legend(axes: Axes, width: float) -> None:
         return
     for columns in range(min(count, _MOST_COLUMNS), 0, -1):
         legend = axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderpad=0.0)
-        needed = legend.get_window_extent(figure.canvas.get_renderer()).width / figure.dpi
+        needed = legend.get_window_extent().width / figure.dpi
         if needed < width - _LEAST_LEFT - 2.0 * _PADDING:
             break
 
@@ -90,7 +90,7 @@ def _fit_margins(figure: Figure, axes: Axes) -> None:
     left, bottom, right, top = _LEAST_LEFT + 0.18 * bool(axes.get_ylabel()), 0.48, 0.08, 0.08
     for _ in range(2):  # ticks may change with the size of the axes
         figure.subplots_adjust(left / width, bottom / height, 1.0 - right / width, 1.0 - top / height)
-        box = figure.get_tightbbox(figure.canvas.get_renderer())  # inches
+        box = figure.get_tightbbox()  # inches
         left, bottom = max(left, left - box.x0 + _PADDING), max(bottom, bottom - box.y0 + _PADDING)
         right, top = max(right, right + box.x1 - width + _PADDING), max(top, top + box.y1 - height + _PADDING)
     figure.subplots_adjust(left / width, bottom / height, 1.0 - right / width, 1.0 - top / height)

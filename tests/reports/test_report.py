@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from a_diagnosis import whole_version
 from a_run import GPS_BIAS, NAME, a_run
-from a_whole_run import a_run_of_few_sensors
+from a_whole_run import a_run_of_few_sensors, a_whole_run
+from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from tiny import Tiny
 
@@ -21,6 +22,7 @@ from sssi_exudyn import commands
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.io.typed import convert
+from sssi_exudyn.reports.pdf import A4
 from sssi_exudyn.reports.report import render, render_pdf, write_run
 from sssi_exudyn.reports.section import Grid
 from sssi_exudyn.reports.sections.terms import terms
@@ -282,6 +284,20 @@ def test_the_document_to_print_is_whole_and_the_same_each_time(folder: Path, tmp
     # the sentence with Table 1, five figures, and tables
     assert documents[0].count(b"/Type /Page ") >= 7
     assert documents[0] == documents[1]
+
+
+@pytest.mark.long
+def test_nothing_leaves_the_paper(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every page's box, of words, axes and legends, is within A4."""
+    boxes: list[Any] = []
+    monkeypatch.setattr(PdfPages, "savefig", lambda _, page: boxes.append(page.get_tightbbox()))
+    render_pdf([a_whole_run()])
+    assert len(boxes) >= 7
+    for box in boxes:  # inches
+        assert box.x0 >= 0.0
+        assert box.y0 >= 0.0
+        assert box.x1 <= A4[0]
+        assert box.y1 <= A4[1]
 
 
 @pytest.mark.long
