@@ -60,8 +60,8 @@ def _pace(run: StoredRun) -> str:
     if figures.count is None:
         return "turns are not known"
     duration = spread_of(run.summary, "duration_s")
-    each = "" if duration.mean is None else f" and take {duration.mean:.1f} s on average"
-    return f"{figures.complete} of {figures.count} turns are complete{each}"
+    lasting = "" if duration.mean is None else f" and take {duration.mean:.1f} s on average"
+    return f"{figures.complete} of {figures.count} turns are complete{lasting}"
 
 
 _EACH: Final = (
