@@ -22,9 +22,10 @@ from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.assemble import import_recording
 from sssi_exudyn.recording import read
 from sssi_exudyn.recording.cross_checks.check import Check, Evidence, hold_against_each_other
+from sssi_exudyn.recording.cross_checks.clock_rates import compare_clocks
 from sssi_exudyn.recording.cross_checks.loaded_foot import load_correlation
 from sssi_exudyn.recording.cross_checks.sensor_turning import evidence_of_turned, turning_lags
-from sssi_exudyn.recording.cross_checks.turning_pace import pace_of_turns
+from sssi_exudyn.recording.cross_checks.turning_offset import offset_of_turns
 from sssi_exudyn.recording.recording import FILE
 
 PLACES = {"imu_left": "left_ski", "imu_right": "right_ski", "imu_central": "chest", "baro": "barometer"}
@@ -46,10 +47,14 @@ class Listener:
                 better = evidence_of_turned(imu, evidence.gps, *lags)
                 size = float(np.sqrt(np.mean(np.sum(imu.rate**2, axis=1))))
                 self.figures.append(f"{imu.place}: {turns}, evidence {better:.1f}, {size:.1f} rad/s")
-        pace = pace_of_turns(evidence)
-        if pace is not None:
-            left = f"{pace.as_is:.3f}, {pace.with_offset:.3f} at {pace.offset:+.1f} s"
-            self.figures.append(f"skis unexplained {left}, {pace.with_rate:.3f} at rate {pace.rate:.2f}")
+        offset = offset_of_turns(evidence)
+        if offset is not None:
+            self.figures.append(f"skis unexplained {offset.as_is:.3f}, {offset.left:.3f} at {offset.value:+.1f} s")
+        self.figures += [
+            f"{one.instrument} on {one.other}: rate {100.0 * one.pace.rate:+.2f} ± {100.0 * one.pace.sigma:.2f} %,"
+            f" unexplained {one.pace.left:.3f}"
+            for one in compare_clocks(evidence)
+        ]
         load = load_correlation(evidence)
         if load is not None:
             self.figures.append(f"load {load:.2f}")

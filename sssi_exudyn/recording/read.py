@@ -51,7 +51,7 @@ from sssi_exudyn.recording.recording import (
 from sssi_exudyn.recording.sensor_tables import read_sensors
 from sssi_exudyn.recording.slope_and_heading import CAPTURE_HEADING_SIGMA, SlopeAndHeading, estimate_slope_and_heading
 from sssi_exudyn.recording.uncertainty import Uncertainty
-from sssi_exudyn.terrain.elevation_model import LARGEST, epsg_of, usual_sigma
+from sssi_exudyn.terrain.elevation_model import LARGEST, epsg_of, projection_of, usual_sigma
 
 NOT_GIVEN: Final = "is not given; estimated:"
 """Words of a notice about slope or heading that were estimated."""
@@ -176,7 +176,12 @@ def _read_alone(folder: Path, settings: Settings) -> Recording:
         heading=given_heading,
         setting=setting,
     )
-    notices += hold_against_each_other(evidence, CHECKS)[1]
+    checked, doubts = hold_against_each_other(evidence, CHECKS)
+    notices += doubts
+    if checked.clock_sigma > 0.0 and checked.bvh is not None and checked.gps is not None:
+        # slope and heading from clocks that disagreed
+        bvh, gps, insoles, start, stop = checked.bvh, checked.gps, checked.insoles, checked.start, checked.stop
+        setting = estimate_slope_and_heading(bvh, gps, equipment.ankle_to_ski_base, given_heading)
     slope, slope_notices = _choose_slope(given_slope, setting, toml)
     heading, heading_notices = _choose_heading(given_heading, setting, toml)
     return Recording(
@@ -195,7 +200,7 @@ def _read_alone(folder: Path, settings: Settings) -> Recording:
         hashes=hashes,
         notices=_clean(notices + slope_notices + heading_notices),
         elevations=elevations,
-        uncertainty=_read_uncertainty(settings, toml),
+        uncertainty=_read_uncertainty(settings, toml, checked.clock_sigma),
         poles=poles,
     )
 
@@ -360,6 +365,10 @@ def _read_elevations(
         raise InputError(toml, "[terrain] datum", f"{datum!r} is not known", f"write one of: {', '.join(_DATUMS)}")
     name = text_of(table, "file", toml, "[terrain]")
     hashes[name] = sha256(inside(folder, name, toml, "[terrain] file", LARGEST), LARGEST)
+    projection = projection_of(folder / name)
+    if projection is not None:
+        beside = f"{name[: -len(projection.suffix)]}{projection.suffix}"
+        hashes[beside] = sha256(inside(folder, beside, toml, "[terrain] file"))
     crs = epsg_of(text_of(table, "crs", toml, "[terrain]"), toml, "[terrain] crs") if "crs" in table else ""
     numbers = numbers_of(Elevations, table, toml, "[terrain]", optional=("sigma", "geoid_height"))
     if "geoid_height" in numbers and datum != "geoid":
@@ -422,7 +431,7 @@ def _apart(gps: Gps, other: Gps) -> float:
 def _read_uncertainty(settings: Settings, toml: Path, lag: float = 0.0) -> Uncertainty:
     """Read ``[uncertainty]``; what it leaves out has its usual value.
 
-    ``lag`` (s) is the standard deviation of a lag of the clock that was estimated.
+    ``lag`` (s) is the standard deviation of a clock that was estimated.
     """
     usual = replace(Uncertainty(), clock=max(Uncertainty.clock, lag))
     if "uncertainty" not in settings:

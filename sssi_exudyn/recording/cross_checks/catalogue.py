@@ -6,6 +6,7 @@ from typing import Final
 
 from sssi_exudyn.recording.cross_checks.capture_size import CaptureSize
 from sssi_exudyn.recording.cross_checks.check import Check
+from sssi_exudyn.recording.cross_checks.clock_rates import ClockRates
 from sssi_exudyn.recording.cross_checks.elevation_unit import ElevationUnit
 from sssi_exudyn.recording.cross_checks.joint_motion import JointMotion
 from sssi_exudyn.recording.cross_checks.load_and_weight import LoadAndWeight
@@ -15,7 +16,7 @@ from sssi_exudyn.recording.cross_checks.stated_heading import StatedHeading
 from sssi_exudyn.recording.cross_checks.stated_slope import StatedSlope
 from sssi_exudyn.recording.cross_checks.swapped_coordinates import SwappedCoordinates
 from sssi_exudyn.recording.cross_checks.travel import Travel
-from sssi_exudyn.recording.cross_checks.turning_pace import TurningPace
+from sssi_exudyn.recording.cross_checks.turning_offset import TurningOffset
 
 CHECKS: Final[tuple[Check, ...]] = (
     CaptureSize(),
@@ -25,7 +26,8 @@ CHECKS: Final[tuple[Check, ...]] = (
     Travel(),
     StatedHeading(),
     StatedSlope(),
-    TurningPace(),
+    ClockRates(),
+    TurningOffset(),
     LoadAndWeight(),
     LoadedFoot(),
     ElevationUnit(),

@@ -31,6 +31,7 @@ class Evidence:
     start, stop : s, the stretch that all instruments cover
     slope, heading : as stated (rad)
     setting : slope and heading as estimated from capture and fixes
+    clock_sigma : s, how far a corrected clock may still be off at the ends of the run; 0 where none was corrected
     """
 
     toml: Path
@@ -47,6 +48,7 @@ class Evidence:
     slope: Slope | None = None
     heading: float | None = None
     setting: SlopeAndHeading = field(default_factory=lambda: SlopeAndHeading(None, None))
+    clock_sigma: float = 0.0
 
 
 @dataclass(frozen=True)

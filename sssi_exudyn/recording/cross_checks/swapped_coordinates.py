@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from sssi_exudyn.recording.cross_checks.check import Evidence, Finding
-from sssi_exudyn.recording.cross_checks.turning_pace import EXPLAINED, LEAST_OFFSET, pace_of_turns
+from sssi_exudyn.recording.cross_checks.turning_offset import EXPLAINED, LEAST_OFFSET, offset_of_turns
 from sssi_exudyn.recording.slope_and_heading import ski_direction_misfits, stance_at_fixes
 
 
@@ -28,8 +28,8 @@ class SwappedCoordinates:
             return ()
         problem = "the skis turn left where the track turns right: latitude and longitude look swapped"
         place, fix = "latitude_deg, longitude_deg", "swap the two columns back, or fix a lost sign"
-        pace = pace_of_turns(evidence)
-        if pace is not None and pace.with_offset < EXPLAINED and abs(pace.offset) > LEAST_OFFSET:
-            problem += f", or the clocks {abs(pace.offset):.1f} s apart"
-            fix += f", or add {pace.offset:+.1f} s to time_offset_s of [motion]"
+        offset = offset_of_turns(evidence)
+        if offset is not None and offset.left < EXPLAINED and abs(offset.value) > LEAST_OFFSET:
+            problem += f", or the clocks {abs(offset.value):.1f} s apart"
+            fix += f", or add {offset.value:+.1f} s to time_offset_s of [motion]"
         return (Finding(evidence.files["gps"], place, problem, fix, sure=True),)

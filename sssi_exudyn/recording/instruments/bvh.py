@@ -126,6 +126,30 @@ def read_bvh(path: Path, time_offset: float = 0.0, renamed: Mapping[str, str] | 
     lines = read_text(path).split("\n")
     tree, motion_line = _read_hierarchy(path, lines, renamed or {})
     _check_joints(path, tree)
+    return _read_frames(path, lines, tree, motion_line, time_offset)
+
+
+def read_foreign_bvh(path: Path, renamed: Mapping[str, str]) -> Bvh:
+    """Read a BVH file of another skeleton: with other joints, axes and unit of length than a recording has.
+
+    Parameters
+    ----------
+    path : the file
+    renamed : the recording's names of the joints, by their names in the file; legs and hips have to be among them
+
+    Joints' axes and offsets stay those of the file, its lengths are taken as centimetres.  Raises InputError as
+    ``read_bvh`` does, except for what joints are there and where they are.
+    """
+    lines = read_text(path).split("\n")
+    tree, motion_line = _read_hierarchy(path, lines, renamed)
+    missing = [name for name in ("Hips", *LEGS) if name not in tree.names]
+    if missing:
+        raise InputError(path, "HIERARCHY", f"missing joints: {', '.join(missing)}", "export the whole skeleton")
+    return _read_frames(path, lines, tree, motion_line, 0.0)
+
+
+def _read_frames(path: Path, lines: list[str], tree: _Tree, motion_line: int, time_offset: float) -> Bvh:
+    """Read what follows the hierarchy; see ``read_bvh``."""
     frames, frame_time, first = _read_motion_header(path, lines, motion_line)
     width = sum(len(channels) for channels in tree.channels)
     rows = [(number, line) for number, line in enumerate(lines[first - 1 :], first) if line.strip()]
@@ -163,12 +187,31 @@ def recording_names(names: Sequence[str]) -> dict[str, str]:
     return {name: ours[name] for name in names if ours[name] != name}
 
 
-def joint_names(path: Path) -> tuple[str, ...]:
-    """Return the names of the joints of a BVH file, as they stand there, without any check."""
-    words = [line.split() for line in read_text(path).partition("MOTION")[0].split("\n")]
-    return tuple(
-        " ".join(line_words[1:]) for line_words in words if line_words and line_words[0].upper() in ("ROOT", "JOINT")
-    )
+def joint_bones(path: Path) -> tuple[tuple[str, tuple[float, ...]], ...]:
+    """Return name and OFFSET of the joints of a BVH file, as they stand there, without any check of the names.
+
+    An OFFSET that is not three numbers is empty.
+    """
+    bones: list[tuple[str, tuple[float, ...]]] = []
+    waiting = False
+    for line in read_text(path).partition("MOTION")[0].split("\n"):
+        words = line.split()
+        key = words[0].upper() if words else ""
+        if key in ("ROOT", "JOINT"):
+            bones.append((" ".join(words[1:]), ()))
+            waiting = True
+        elif key == "OFFSET" and waiting:
+            bones[-1] = (bones[-1][0], _three_numbers(words[1:]))
+            waiting = False
+    return tuple(bones)
+
+
+def _three_numbers(words: Sequence[str]) -> tuple[float, ...]:
+    try:
+        numbers_there = tuple(float(word) for word in words)
+    except ValueError:
+        return ()
+    return numbers_there if len(numbers_there) == 3 and all(np.isfinite(numbers_there)) else ()
 
 
 def world_rotations(bvh: Bvh) -> Array:

@@ -84,16 +84,6 @@ def test_the_inside_foot_is_not_the_loaded_one(tmp_path: Path, change: Callable[
     assert "the loaded foot is the inside one in the turns" in notices(tmp_path, Tiny(insoles=change(loads(4))))
 
 
-@pytest.mark.parametrize("factor", [1.2, 0.9, 1.25])
-def test_a_frame_rate_that_is_wrong_shows_in_the_turns(tmp_path: Path, factor: float) -> None:
-    rotations, gps = motion(swing=2.5)
-    tiny = Tiny(toml=TOML.split("[insoles]")[0], rotations=rotations, gps=gps, frame_time=factor / 60.0)
-    words = notices(tmp_path, tiny)
-    assert "do not turn at the same pace" in words
-    best_factor = float(words.split("best factor of its time is ")[1].partition(";")[0])
-    assert best_factor == pytest.approx(1.0 / factor, abs=0.03)  # steps of 1 %, and two turns only
-
-
 @pytest.mark.parametrize(("seconds", "factor"), [(4.0, 1.0), (4.0, 0.85), (5.5, 1.2)])
 def test_a_turn_or_two_say_nothing_of_a_clock(tmp_path: Path, seconds: float, factor: float) -> None:
     rotations, gps = motion(swing=2.5)
