@@ -137,13 +137,24 @@ def _isolate(path: Path, alone: Path) -> Path:
     return alone
 
 
+def projection_of(path: Path) -> Path | None:
+    """Return the ``.prj`` next to an ``.asc``, which is read with it; None for other models, and where there is none.
+
+    Raises InputError for one that is not to be read.
+    """
+    projections = [path.with_suffix(suffix) for suffix in _PROJECTIONS if os.path.lexists(path.with_suffix(suffix))]
+    if path.suffix.lower() != ".asc" or not projections:
+        return None
+    inside(path.parent, projections[0].name, path, "", _LARGEST_PRJ)
+    return projections[0]
+
+
 def _copy_projection(path: Path, copy: Path) -> None:
     """Put the ``.prj`` of an ``.asc`` next to its copy.  Raises InputError for one that is not to be read."""
-    projections = [path.with_suffix(suffix) for suffix in _PROJECTIONS if os.path.lexists(path.with_suffix(suffix))]
-    if copy.suffix == ".asc" and projections:
-        inside(path.parent, projections[0].name, path, "", _LARGEST_PRJ)
-        text = read_bytes(projections[0], _LARGEST_PRJ)
-        check_coordinate_system(projections[0], "", text.decode("latin-1"))
+    projection = projection_of(path)
+    if projection is not None:
+        text = read_bytes(projection, _LARGEST_PRJ)
+        check_coordinate_system(projection, "", text.decode("latin-1"))
         copy.with_suffix(".prj").write_bytes(text)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -64,6 +65,19 @@ def test_a_grid_without_coordinate_system_is_imported_in_the_stated_one(tmp_path
         (height,) = sample(np.array([ORIGIN[0]]), np.array([ORIGIN[1]]), 1)
     # heights are written to 1 mm, and a plane in another projection bends by less than that within 250 m
     assert height == pytest.approx(ORIGIN[2], abs=5e-3)
+
+
+def test_a_coordinate_system_next_to_a_grid_is_one_of_the_inputs(tmp_path: Path) -> None:
+    crs = pytest.importorskip("rasterio.crs").CRS
+    dem = grid(tmp_path / "slope.asc", "EPSG:31254")
+    dem.with_suffix(".prj").write_text(crs.from_epsg(31254).to_wkt(), encoding="utf-8")
+    import_recording(files(tmp_path), tmp_path / "out", replace(ANSWERS, dem=dem))
+    before = read_recording(tmp_path / "out").hashes
+    prj = tmp_path / "out" / "elevations.prj"
+    assert before["elevations.prj"] == f"sha256:{hashlib.sha256(prj.read_bytes()).hexdigest()}"
+    prj.write_text(prj.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    after = read_recording(tmp_path / "out").hashes
+    assert {name for name in before if before[name] != after[name]} == {"elevations.prj"}
 
 
 def test_a_tile_keeps_its_name_and_is_less_exact(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
