@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import io
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -34,12 +34,14 @@ class Points:
 
     rate : Hz; names : labels as in the file, without the subject's prefix; places : (n, p, 3) m, NaN for a lost point
     sizes : the subject's measures in the file (group PROCESSING), in the unit of the places: m
+    poses : (n, 4, 4) by label, where the file has segments in place of points: axes in the laboratory and origin, m
     """
 
     rate: float
     names: tuple[str, ...]
     places: Array
     sizes: dict[str, float]
+    poses: dict[str, Array] = field(default_factory=dict)
 
     @property
     def time(self) -> Array:
@@ -59,6 +61,7 @@ def read_points(path: Path) -> Points:
             names = tuple(str(name) for name in archive["names"])
             places = np.asarray(archive["places"], dtype=np.float64)
             sizes = dict(zip(archive["size_names"].tolist(), archive["sizes"].tolist(), strict=True))
+            poses = dict(zip(archive["pose_names"].tolist(), np.asarray(archive["poses"], np.float64), strict=True))
     except (ValueError, OSError, EOFError, KeyError):
         raise InputError(path, "", "damaged, or no C3D file", "export the capture again") from None
     if unit not in UNITS:
@@ -66,7 +69,10 @@ def read_points(path: Path) -> Points:
     if not 20.0 <= rate <= 2000.0 or len(places) < 3:
         raise InputError(path, "POINT", f"{len(places)} frames at {rate:g} Hz are no capture", "export the whole run")
     bare = tuple(name.rsplit(":", 1)[-1].strip() for name in names)
-    return Points(rate, bare, UNITS[unit] * places, {name: UNITS[unit] * size for name, size in sizes.items()})
+    for pose in poses.values():
+        pose[:, :3, 3] *= UNITS[unit]
+    sizes = {name: UNITS[unit] * size for name, size in sizes.items()}
+    return Points(rate, bare, UNITS[unit] * places, sizes, {name.strip(): pose for name, pose in poses.items()})
 
 
 def _answer(path: Path, _request: bytes) -> bytes:
@@ -85,10 +91,15 @@ def _answer(path: Path, _request: bytes) -> bytes:
         for name, about in file["parameters"].get("PROCESSING", {}).items()
         if name != "__METADATA__" and len(about["value"]) == 1 and not isinstance(about["value"][0], str)
     }
+    rate, pose_names, poses = _poses(file)
+    if len(pose_names):  # such a file has no points
+        places = np.zeros((poses.shape[1], 0, 3))
     made = io.BytesIO()
     np.savez(
         made,
-        rate=float(point["RATE"]["value"][0]),
+        rate=rate or float(point["RATE"]["value"][0]),
+        pose_names=pose_names,
+        poses=poses,
         unit=unit,
         names=np.array(labels[: places.shape[1]], dtype=str),
         places=places,
@@ -96,6 +107,19 @@ def _answer(path: Path, _request: bytes) -> bytes:
         sizes=np.array(list(kept.values()), dtype=float),
     )
     return made.getvalue()
+
+
+def _poses(file: Any) -> tuple[float, np.ndarray, Array]:
+    """Return rate (Hz), labels (k,) and poses (k, n, 4, 4) of a file's group ROTATION; a rate of 0 without it."""
+    about = file["parameters"].get("ROTATION", {})
+    rotations = np.asarray(file["data"].get("rotations", np.zeros((4, 4, 0, 0))), dtype=np.float64)
+    labels = [str(label) for label in about.get("LABELS", {"value": []})["value"]][: rotations.shape[2]]
+    if not labels or "RATE" not in about:
+        return 0.0, np.array([], dtype=str), np.zeros((0, 0, 4, 4))
+    if rotations.size > MAX_NUMBERS:
+        raise ValueError("more segments than any run has")
+    poses = np.moveaxis(rotations[:, :, : len(labels)], (2, 3), (0, 1))
+    return float(about["RATE"]["value"][0]), np.array(labels, dtype=str), poses
 
 
 if __name__ == "__main__":

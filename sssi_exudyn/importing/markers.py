@@ -7,6 +7,7 @@ and turn about the ankle's axis; upper arms turn about the axis that their bent 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -39,12 +40,32 @@ _SHOULDER: Final = 0.05
 _STRAIGHT: Final = 0.1
 """Sine of the elbow's flexion above which its axis comes from both bones rather than from the wrist."""
 _WIDTHS: Final = (0.02, 0.2)
+_CMU: Final = {
+    f"{side}{theirs}": f"{side}{ours}"
+    for side in "LR"
+    for theirs, ours in (("FWT", "ASI"), ("BWT", "PSI"), ("SHN", "TIB"))
+}
+"""Labels of the same places in CMU's library (mocap.cs.cmu.edu; the 41 labels are explained in
+www.cc.gatech.edu/classes/AY2003/cs4451a_fall/datadef.txt)."""
+_USUAL_WIDTHS: Final = {"Knee": 0.105, "Ankle": 0.07}
+"""Widths of joints, m, for CMU's library, whose files hold none: usual ones of adults.  A centimetre moves the joint by
+half of that, and a thigh's or shank's axis by 0.7°.
+"""
 
 
 def is_plug_in_gait(points: Points) -> bool:
     """Return whether most of the model's markers have labels in a capture: it is of this model, or of none."""
     needed = (*_TRUNK, *(side + name for side in "LR" for name in _SIDED))
-    return sum(name in points.names for name in needed) > len(needed) // 2
+    return sum(name in _by_the_model(points).names for name in needed) > len(needed) // 2
+
+
+def _by_the_model(points: Points) -> Points:
+    """Return points whose labels are CMU's under those of the model."""
+    return replace(points, names=tuple(_CMU.get(name, name) for name in points.names)) if _is_cmu(points) else points
+
+
+def _is_cmu(points: Points) -> bool:
+    return _CMU.keys() <= set(points.names) and not set(_CMU.values()) & set(points.names)
 
 
 def capture_of_markers(path: Path, points: Points, height: float) -> Bvh:
@@ -53,6 +74,14 @@ def capture_of_markers(path: Path, points: Points, height: float) -> Bvh:
     Frames without all markers are gaps.  Raises InputError for missing markers, missing widths of knees and ankles, and
     a skier who does not stand up.
     """
+    if _is_cmu(points):
+        knee, ankle = (_USUAL_WIDTHS[part] for part in ("Knee", "Ankle"))
+        usual = {f"{letter}{part}Width": width for letter in "LR" for part, width in _USUAL_WIDTHS.items()}
+        points = replace(_by_the_model(points), sizes=usual | points.sizes)
+        said = f"CMU's markers; widths of knees and ankles that the file does not hold are {knee:g} and {ankle:g} m"
+        about: tuple[str, ...] = (f"{path.name}: {said}",)
+    else:
+        about = ()
     at, time, notes = _markers(path, points)
     at = upright(path, at, at["C7"], 0.5 * (at["LANK"] + at["RANK"]))
     reach = {part: _reach(path, points, part) for part in ("Knee", "Ankle")}
@@ -63,7 +92,7 @@ def capture_of_markers(path: Path, points: Points, height: float) -> Bvh:
         _arm(at, side.upper(), word, rotation, joint, tips)
     check_axes(path, time, rotation)
     place, ends = lengths_of(rotation, joint, tips, height)
-    return capture_of(path, time, rotation, place, ends, notes)
+    return capture_of(path, time, rotation, place, ends, (*about, *notes))
 
 
 def _markers(path: Path, points: Points) -> tuple[Places, Array, tuple[str, ...]]:

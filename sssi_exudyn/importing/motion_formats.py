@@ -8,13 +8,15 @@ from pathlib import Path
 from typing import Final
 
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.importing.bvh_skeletons import other_skeleton, read_other_skeleton
 from sssi_exudyn.importing.c3d_points import Points, read_points
 from sssi_exudyn.importing.joint_angles import read_joint_angles
 from sssi_exudyn.importing.joint_centres import capture_of_joint_centres
 from sssi_exudyn.importing.markers import capture_of_markers, is_plug_in_gait
 from sssi_exudyn.importing.mvnx import read_mvnx
+from sssi_exudyn.importing.segment_poses import capture_of_poses
 from sssi_exudyn.importing.trc import read_trc
-from sssi_exudyn.recording.instruments.bvh import Bvh, joint_names, read_bvh, recording_names
+from sssi_exudyn.recording.instruments.bvh import Bvh, joint_bones, read_bvh, recording_names
 
 Read = tuple[Bvh, float | None]
 
@@ -37,9 +39,15 @@ def read_motion(path: Path, height: float | None) -> Read:
     return reader(path, height)
 
 
-def _bvh(path: Path, _height: float | None) -> Read:
-    """Read a BVH file with the joint names of Axis Studio, Axis Neuron or Xsens."""
-    renamed = recording_names(joint_names(path))
+def _bvh(path: Path, height: float | None) -> Read:
+    """Read a BVH file with the joints of Axis Studio, Axis Neuron or Xsens, of CMU's library or of Rokoko."""
+    bones = dict(joint_bones(path))
+    renamed = recording_names(tuple(bones))
+    kind = other_skeleton({renamed.get(name, name): bone for name, bone in bones.items()})
+    if kind is not None:
+        if height is None:
+            raise InputError(path, "", "no file holds --height-m", "give this option")
+        return read_other_skeleton(path, kind, renamed, height), None
     bvh = read_bvh(path, renamed=renamed)
     if "Spine3" not in renamed.values() or bvh.time[0] > 0.0:  # the first frame is left out already
         return replace(bvh, time=bvh.time - bvh.time[0]), None
@@ -65,7 +73,7 @@ def _joint_angles(path: Path, height: float | None) -> Read:
 
 
 def _markers(path: Path, height: float | None) -> Read:
-    """Read a C3D file with the markers of Plug-in Gait, or with the centres of joints."""
+    """Read a C3D file with the markers of Plug-in Gait, the centres of joints, or Theia's segments."""
     return _of_points(path, read_points(path) if height is not None else None, height), None
 
 
@@ -79,6 +87,8 @@ def _trc(path: Path, height: float | None) -> Read:
 def _of_points(path: Path, points: Points | None, height: float | None) -> Bvh:
     if points is None or height is None:
         raise InputError(path, "", "no file holds --height-m", "give this option")
+    if points.poses:
+        return capture_of_poses(path, points, height)
     model = capture_of_markers if is_plug_in_gait(points) else capture_of_joint_centres
     return model(path, points, height)
 
