@@ -30,6 +30,7 @@ from sssi_exudyn.core.new_files import check_no_link
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
 from sssi_exudyn.fitting.first_fit import Fitted, problem_of
 from sssi_exudyn.fitting.first_fit import fit as fit_problem
+from sssi_exudyn.fitting.misfit import why_missed
 from sssi_exudyn.fitting.observations import correct_fixes
 from sssi_exudyn.fitting.parameters import seek_too
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
@@ -182,7 +183,7 @@ def fit_recording(work: Work, chosen: ChosenModel, *, method: Method, parameters
     if method == "joint" and not chosen.given:
         model = on_snow_surface(model, recording, motion)
     problem = seek_too(problem_of(recording, motion, model, method), parameters)
-    posture, predicted, uncertainty, draws = None, None, None, None
+    posture, predicted, uncertainty, draws, missed = None, None, None, None, ""
     cache = cache_in(work.out)
     with work.progress.stage("fit", expected_seconds("fit carving" if carved else "fit", motion)) as stage:
         if is_estimated(recording, method):
@@ -191,6 +192,7 @@ def fit_recording(work: Work, chosen: ChosenModel, *, method: Method, parameters
             draws = None if uncertainty.withheld else draws_table(estimated.posterior)
         else:
             fitted = fit_problem(problem, motion, method, cache=cache, progress=stage.advance)
+            missed = why_missed(fitted, recording)
     if recording.completed is not None:
         with work.progress.stage("posture"):
             shares = shares_of(fitted, problem, motion, recording.completed, recording.slope.sigma_inclination)
@@ -198,10 +200,13 @@ def fit_recording(work: Work, chosen: ChosenModel, *, method: Method, parameters
             posture = posture_figures(recording.completed, fitted.names, shares, half)
             predicted = second_half_table(half)
             fitted = replace(fitted, covariance=shares.covariance)
+            posture = posture.without_errors() if missed else posture
     settings: dict[str, Any] = {"command": "fit", "method": method}
     if parameters:
         settings["parameters"] = list(parameters)
-    outcome = Outcome({**settings, **chosen.settings}, fit_figures(fitted), posture, predicted, uncertainty, draws)
+    outcome = Outcome(
+        {**settings, **chosen.settings}, fit_figures(fitted), posture, predicted, uncertainty, draws, missed=missed
+    )
     made = _simulate_into(work, replace(fitted.model, heading=chosen.model.heading), outcome)
     if cache is not None:
         cache.remove()
@@ -323,6 +328,7 @@ class Outcome:
     uncertainty, draws : what the fit leaves uncertain, and draws from it (``results.draws``)
     diagnosis : what a diagnosis found
     diverged : why the simulation stopped before the end
+    missed : why a fit of friction alone has no standard errors; "" where it has
     """
 
     settings: Mapping[str, Any]
@@ -333,11 +339,13 @@ class Outcome:
     draws: pd.DataFrame | None = None
     diagnosis: Diagnosis | None = None
     diverged: str | None = None
+    missed: str = ""
 
     @property
     def believable_fit(self) -> Fit:
         """Return how the fit ended, without standard errors where its residuals contradict them."""
-        if self.uncertainty is None or self.uncertainty.withheld is None:
+        withheld = self.missed if self.uncertainty is None else self.uncertainty.withheld
+        if not withheld:
             return self.fit
         parameters = {name: replace(estimate, se=None) for name, estimate in (self.fit.parameters or {}).items()}
         return replace(self.fit, parameters=parameters)
@@ -346,7 +354,8 @@ class Outcome:
     def doubts(self) -> tuple[str, ...]:
         """Return what the fit says against its own results, in sentences."""
         ended = () if self.fit.converged is not False else (f"the fit did not converge: {self.fit.reason}",)
-        return (*ended, *(() if self.uncertainty is None else self.uncertainty.doubts))
+        missed = (self.missed,) if self.missed else ()
+        return (*ended, *missed, *(() if self.uncertainty is None else self.uncertainty.doubts))
 
 
 def _simulate_into(work: Work, model: Model, outcome: Outcome, backend: Backend = "fastest") -> Made:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from sssi_exudyn.analysis.biomechanics import ResidualMoment, TurnFigures
@@ -293,6 +293,11 @@ class Posture:
     mu_t_se: FrictionShares
     effective_friction: Estimate
     second_half: Prediction
+
+    def without_errors(self) -> Posture:
+        """Return the figures without standard errors of friction, as a misfit denies them."""
+        unknown = FrictionShares(None, None, None, None)
+        return replace(self, mu_t_se=unknown, effective_friction=replace(self.effective_friction, se=None))
 
 
 @dataclass(frozen=True)

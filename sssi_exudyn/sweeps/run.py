@@ -16,7 +16,7 @@ from sssi_exudyn.contact.registry import term_named
 from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
 from sssi_exudyn.fitting.first_fit import fit, problem_of
-from sssi_exudyn.fitting.misfit import believable_fit
+from sssi_exudyn.fitting.misfit import believable_estimate, believable_fit
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
@@ -156,8 +156,9 @@ def _compute(job: Job, run: SweepRun) -> tuple[Figures, AnyRun | None]:
             model = on_snow_surface(model, recording, motion)
         problem, full = problem_of(recording, motion, model, job.method), job.tier == "full"
         if is_estimated(recording, job.method):
-            return figures_of_fit(believable_fit(estimate(problem, recording, motion, full=full))), None
-        return figures_of_fit(fit(problem, motion, job.method, full=full)), None
+            return figures_of_fit(believable_estimate(estimate(problem, recording, motion, full=full))), None
+        fitted = fit(problem, motion, job.method, full=full)
+        return figures_of_fit(believable_fit(fitted, recording)), None
     simulated: AnyRun
     if job.tier == "full":
         simulated = simulate(model, motion)

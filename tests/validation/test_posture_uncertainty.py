@@ -13,6 +13,7 @@ from strapped import write_few
 
 from sssi_exudyn.core.noise import fit_noise
 from sssi_exudyn.fitting.first_fit import COARSE_STEP, Fitted, fit_reduced, problem_of
+from sssi_exudyn.fitting.misfit import believable_fit, why_missed
 from sssi_exudyn.fitting.objective import Problem, uncertainty
 from sssi_exudyn.fitting.parameters import posture_errors
 from sssi_exudyn.model.from_recording import model_of
@@ -52,6 +53,20 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Motion, P
         "joint", model, problem.names, fit.values, covariance, problem.track.time, residual, noise, fit, fit, 0.0
     )
     return recording, motion, problem, fitted
+
+
+@pytest.mark.long
+def test_a_track_that_few_sensors_do_not_explain_leaves_no_standard_errors(
+    case: tuple[Recording, Motion, Problem, Fitted],
+) -> None:
+    recording, _, _, fitted = case
+    assert why_missed(fitted, recording) == ""
+    assert recording.completed is not None
+    # skis are assumed to be known to some degrees: over 60 m that is less than 2 m
+    missed = replace(fitted, residual=fitted.residual + [0.0, 5.0])
+    words = why_missed(missed, recording)
+    assert f"skis that point {np.degrees(recording.completed.sigma.yaw):.2g}° wrong" in words
+    assert np.all(np.isnan(believable_fit(missed, recording).standard_errors))
 
 
 @pytest.mark.long
