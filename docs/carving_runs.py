@@ -139,7 +139,7 @@ def headings() -> str:
     for mode in HEADING_MODES:
         model = own.with_heading(mode)
         reduced, halved = simulate_carved(model, prepared), simulate_carved(model, half)
-        full = simulate(model, motion, stop=stop, tree=False)
+        full = simulate(model, motion, stop=stop)
         replayed = reduced.run.com if replayed is None else replayed
         figures = carving_figures(model, full, {})
         assert figures is not None
@@ -168,7 +168,7 @@ def long_headings() -> str:
     ]
     for mode in HEADING_MODES[1:]:
         model = own.with_heading(mode)
-        reduced, full = simulate_carved(model, prepared), simulate(model, motion, tree=False)
+        reduced, full = simulate_carved(model, prepared), simulate(model, motion)
         assert full.edges is not None
         apart = np.linalg.norm(full.com - reduced.run.com, axis=1)
         turned = np.degrees(np.abs(full.edges.heading - reduced.heading))

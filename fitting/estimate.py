@@ -23,16 +23,13 @@ from sssi_exudyn.fitting.parameters import Parameter, posture_errors, unknown_nu
 from sssi_exudyn.fitting.posterior import Posterior, find_posterior
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess
 from sssi_exudyn.model.from_recording import VELOCITY_SIGMA
-from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.model import PRESETS, Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache, fingerprint
 from sssi_exudyn.simulation.full.run import simulate
 
-_ELEMENTS: Final = 20
-"""Beam elements of a ski where the full model judges an estimate: half of the time that 50 take, for 0.3 to 2.6 mm of
-the track and 0.2 N of the soles' forces."""
 _UNSURE: Final = 1.0
 """m/s by which the velocity at the start may be wrong before the search begins at several."""
 _APART: Final = 1.3
@@ -219,11 +216,13 @@ def setting_of(
 
 
 def judging_run(model: Model, motion: Motion, cache: Cache | None) -> JudgingRun:
-    """Simulate with the full model, kept in ``cache``.  Raises SimulationDiverged when it does."""
-    model = replace(model, solver=replace(model.solver, elements=min(model.solver.elements, _ELEMENTS)))
+    """Simulate with the full model, fast, kept in ``cache``.  Raises SimulationDiverged when it does."""
+    fast = PRESETS["fast"]
+    elements = min(model.solver.elements, fast.elements)
+    model = replace(model, solver=replace(model.solver, step=fast.step, elements=elements))
 
     def run() -> dict[str, Array]:
-        result = simulate(model, motion, tree=False)
+        result = simulate(model, motion)
         assert result.antenna is not None
         return {"time": result.time, "antenna": result.antenna, "sole": result.sole_force}
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -154,7 +155,13 @@ def integrate_pieces(ski: Ski, edges: Array, function: Callable[[Array], Array])
 
 def catalogue() -> tuple[str, ...]:
     """Return the names of the skis that come with the program."""
-    return tuple(_tables(CATALOGUE))
+    return tuple(_catalogue())
+
+
+@cache
+def _catalogue() -> Mapping[str, Ski]:
+    """Return those skis by name, read once: whatever writes a model asks whether its ski is one of them."""
+    return {name: ski_from_table(name, table, CATALOGUE.name) for name, table in _tables(CATALOGUE).items()}
 
 
 def read_ski(name_or_path: str, folder: str | Path, named_in: Path | None = None) -> Ski:
@@ -167,9 +174,9 @@ def read_ski(name_or_path: str, folder: str | Path, named_in: Path | None = None
     Raises InputError for an unknown name, a file that is missing, outside the folder or not a ski.
     """
     folder = Path(folder)
-    known = _tables(CATALOGUE)
+    known = _catalogue()
     if name_or_path in known:
-        return ski_from_table(name_or_path, known[name_or_path], CATALOGUE.name)
+        return known[name_or_path]
     recording = folder / "recording.toml" if named_in is None else named_in
     if not name_or_path.endswith(".toml"):
         raise InputError(

@@ -18,7 +18,7 @@ from sssi_exudyn.core.quantity import build_checked, quantities
 from sssi_exudyn.io.settings import Settings, check_keys, key_of, name_of, numbers_of, read_toml, table_from, table_of
 from sssi_exudyn.model.faults import read_sensor, values_of
 from sssi_exudyn.model.heading import REPLAY, Heading, check_heading
-from sssi_exudyn.model.model import Model, Solver, Start
+from sssi_exudyn.model.model import PRESETS, Model, Solver, Start
 from sssi_exudyn.motion.correction_file import FILE as POSTURE
 from sssi_exudyn.motion.correction_file import correction_bytes, correction_to_dict, read_correction
 from sssi_exudyn.recording.equipment import check_mass, read_equipped_ski
@@ -36,7 +36,7 @@ _KEYS: Final = {
     "equipment": (*(key_of(about) for cls in (Equipment, Cuff) for about in quantities(cls).values()), "skis"),
     "slope": ("inclination_deg", "fall_line_azimuth_deg"),
     "start": (*(name for name in quantities(Start) if name != "heading_offset"), "heading_offset_deg"),
-    "solver": tuple(quantities(Solver)),
+    "solver": ("preset", *quantities(Solver)),
 }
 """Keys of the tables that are always there; the readers of other tables check their own."""
 _MOST_PARTS: Final = 100
@@ -170,7 +170,7 @@ def read_model(path: Path) -> Model:
         fall_line_azimuth=slope.fall_line_azimuth,
         terms=terms,
         start=build_checked(Start, start, path, "[start]"),
-        solver=build_checked(Solver, table("solver"), path, "[solver]"),
+        solver=_read_solver(table("solver"), path),
         sensors=tuple(
             read_sensor(
                 str(entry.get("name")), {k: v for k, v in entry.items() if k != "name"}, path, f"[[sensor]] {i + 1}"
@@ -181,6 +181,15 @@ def read_model(path: Path) -> Model:
         posture=read_correction(table("posture"), path) if "posture" in data else None,
         heading=held,
     )
+
+
+def _read_solver(table: Settings, path: Path) -> Solver:
+    """Return the preset's settings with those of the table in their place; without a preset, the paper's."""
+    preset = name_of(table, "preset", path, "[solver]", default="paper")
+    if preset not in PRESETS:
+        raise InputError(path, "[solver] preset", f"{preset[:40]!r} is not known", f"use one of: {', '.join(PRESETS)}")
+    own = {key: value for key, value in table.items() if key != "preset"}
+    return build_checked(Solver, asdict(PRESETS[preset]) | own, path, "[solver]")
 
 
 def _read_ski(data: Settings, equipment: Equipment, path: Path) -> Ski:

@@ -76,7 +76,7 @@ def freed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("freed") / "result"
     recording, motion = bundled("intermediate")
     model = add_terms(model_of(recording, motion), (Carving(mu=0.1),)).with_heading("free")
-    result = simulate(model, motion, stop=motion.start + 0.5, tree=False)
+    result = simulate(model, motion, stop=motion.start + 0.5)
     write_outcome(out, recording, motion, model, result, Outcome({"command": "simulate"}))
     return out
 

@@ -51,7 +51,7 @@ def reduced(mode: HeadingMode, seconds: float, step: float = 0.00125, **numbers:
 @cache
 def full(mode: HeadingMode) -> SimulationResult:
     tried, motion = intermediate(mode)
-    return simulate(tried, motion, stop=motion.start + 1.0, tree=False)
+    return simulate(tried, motion, stop=motion.start + 1.0)
 
 
 def edged(mode: HeadingMode, side: float) -> CarvedRun:

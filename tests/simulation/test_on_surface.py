@@ -110,7 +110,7 @@ def test_every_back_end_is_the_reference_on_a_surface(backend: Backend) -> None:
 def test_the_reduced_model_takes_the_full_models_way_over_a_hill() -> None:
     on_hill = replace(model(SNOW), surface=hill())
     motion = standing(1.5, heading=0.2)
-    full = simulate(on_hill, motion, tree=False)
+    full = simulate(on_hill, motion)
     reduced = simulate_reduced(on_hill, prepare(on_hill, motion))
     at = np.stack([np.interp(full.time, reduced.time, column) for column in reduced.pelvis.T], axis=1)
     apart = np.linalg.norm(at - full.pelvis, axis=1)

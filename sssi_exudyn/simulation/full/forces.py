@@ -240,14 +240,12 @@ def add_forces(mbs: Any, nodes: Sequence[int], forces: Forces, mass: Any, now: C
 
     mass : what the object adds to the mass matrix at the start (``CoupledMass``); to be renewed every step.
 
-    ``now`` gives the posture at the end of the current step.  Exudyn hands coordinates to user functions as lists;
-    reading them from the system as arrays that share its memory is a hundred times faster.
+    ``now`` gives the posture at the end of the current step.  Exudyn hands coordinates to an object's user functions as
+    lists, whose making costs more than the forces.  So the forces are set before every residual of Newton's method by a
+    function of the system, which gets no lists; coordinates are read as arrays that share the system's memory.
     """
     size = len(forces.out)
     data = mbs.systemData
-
-    def force(_mbs: Any, _t: float, _item: int, _q: Any, _v: Any) -> Array:
-        return forces.evaluate(data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False), now())
 
     def jacobian(_mbs: Any, _t: float, _item: int, _q: Any, _v: Any, by_place: float, by_rate: float) -> Any:
         q, v = data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
@@ -257,15 +255,23 @@ def add_forces(mbs: Any, nodes: Sequence[int], forces: Forces, mass: Any, now: C
 
     nothing = exu.MatrixContainer()
     nothing.SetWithSparseMatrix(np.zeros((0, 3)), size, size)
-    return int(
+    item = int(
         mbs.AddObject(
             ObjectGenericODE2(
                 nodeNumbers=list(nodes),
                 massMatrix=mass,
                 stiffnessMatrix=nothing,
                 dampingMatrix=nothing,
-                forceUserFunction=force,
+                forceVector=np.zeros(size),
                 jacobianUserFunction=jacobian,
             )
         )
     )
+
+    def before_residual(_mbs: Any, _t: float, _iteration: int, _discontinuous: int) -> bool:
+        q, v = data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
+        mbs.SetObjectParameter(item, "forceVector", forces.evaluate(q, v, now()))
+        return True
+
+    mbs.SetPreNewtonResidualUserFunction(before_residual)
+    return item

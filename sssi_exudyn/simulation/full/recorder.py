@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from sssi_exudyn.simulation.full.snow_wrench import wrench_on_nodes
 from sssi_exudyn.simulation.full.system import FREE, System
 from sssi_exudyn.simulation.heading import Turn
 from sssi_exudyn.simulation.ski_on_snow.structs import Instant
+
+_TOGETHER: Final = 200
+"""Steps whose forces on the skis' nodes are summed up at once: one by one it takes as long as the forces themselves."""
 
 
 class Record:
@@ -32,12 +35,13 @@ class Record:
         self._skis = slice(system.first_node, None)
         self._sign = system.skeleton.sign[3:]
         self._states = np.empty((2, steps, len(system.ref)))
+        self._on_nodes = np.empty((_TOGETHER, len(system.ref) - system.first_node))
+        self._on_skis: list[Array] = []
         self.time: list[float] = []
         self.moments: list[Array] = []
         self.pull: list[Array] = []
         self.clamps: list[Array] = []
         self.feet: list[Array] = []
-        self.on_skis: list[Array] = []
         self.drag: list[Array] = []
         self.body: list[Array] = []
         self.headings: list[Array] = []
@@ -82,8 +86,21 @@ class Record:
             (self.body, self._forces.body),
         ):
             kept.append(now.copy())
-        ski = self._skis
-        self.on_skis.append(wrench_on_nodes(self._forces.out[ski], (self.q[-1] + self._forces.ref)[ski]))
+        step = (len(self.feet) - 1) % _TOGETHER
+        self._on_nodes[step] = self._forces.out[self._skis]
+        if step == _TOGETHER - 1:
+            self._on_skis.append(self._wrenches(_TOGETHER))
+
+    def _wrenches(self, steps: int) -> Array:
+        """Return the wrenches (steps, 2, 6) on the skis in the last steps, the first of those whose forces are held."""
+        first = len(self.feet) - steps
+        states = self.q[first : first + steps] + self._forces.ref
+        return wrench_on_nodes(self._on_nodes[:steps], states[:, self._skis])
+
+    @property
+    def on_skis(self) -> Array:
+        """(n, 2, 6) N and N m: resultant of the forces on each ski's nodes about the foot's place, in its frame."""
+        return np.concatenate([*self._on_skis, self._wrenches(len(self.feet) % _TOGETHER)])
 
     def turn(self, up: Array) -> Turn:
         """Return by how much the posture was turned about gravity at every state; ``up`` (3,) is against gravity."""

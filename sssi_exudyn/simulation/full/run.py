@@ -2,8 +2,8 @@
 
 Posture is prescribed, the pelvis' translations are free: where the skier goes follows from gravity, snow and air.
 
-The skeleton's tree of 31 coordinates gives the joint moments as multipliers of its constraints.  Without the tree only
-the translations and the skis are solved for: the path is the same, sooner, and inverse dynamics gives the moments.
+Only the translations and the skis are solved for; inverse dynamics gives the joint moments.  With the skeleton's tree
+of 31 coordinates they are multipliers of its constraints: the path is the same, later.
 """
 
 from __future__ import annotations
@@ -53,15 +53,15 @@ def simulate(
     *,
     start: float | None = None,
     stop: float | None = None,
-    tree: bool = True,
+    tree: bool = False,
     backend: Backend = "fastest",
     progress: Progress | None = None,
 ) -> SimulationResult:
     """Simulate the full model from ``start`` to ``stop`` (recording's clock, s; the motion's ends if None).
 
-    ``tree``: with the skeleton's tree, or with its mass carried by the pelvis, as always where the heading is found;
-    ``backend`` says how the force terms are
-    evaluated (see ``simulation.full.forces``).  Either way the result is the same.
+    ``tree``: with the skeleton's tree instead of its mass carried by the pelvis, but where the heading is found;
+    ``backend`` says how the force terms are evaluated (see ``simulation.full.forces``).  Either way the result is the
+    same.
 
     Raises SimulationDiverged, with the partial result, when the solver gives up.
     """
@@ -75,12 +75,11 @@ def simulate(
 
 
 def antenna_path(model: Model, motion: Motion) -> tuple[Array, Array]:
-    """Return times (n,) s and places (n, 3) m of the antenna along the whole motion, without the tree: all that a fit
-    needs.
+    """Return times (n,) s and places (n, 3) m of the antenna along the whole motion: all that a fit needs.
 
     Raises SimulationDiverged as ``simulate`` does, ValueError for a motion without an antenna.
     """
-    run, problem = integrate(model, motion, tree=False)
+    run, problem = integrate(model, motion)
     if problem:
         raise _divergence(run, problem, result_from_record(run.parts, run.posture, run.system, run.record))
     time = np.array(run.record.time)
@@ -94,7 +93,7 @@ def integrate(
     *,
     start: float | None = None,
     stop: float | None = None,
-    tree: bool = True,
+    tree: bool = False,
     backend: Backend = "fastest",
     progress: Progress | None = None,
 ) -> tuple[FullRun, str]:
@@ -221,6 +220,7 @@ def _settings(model: Model, start: float, stop: float, steps: int) -> Any:
     integration.newton.absoluteTolerance = solver.absolute_tolerance
     integration.verboseMode = 0
     settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    settings.linearSolver.reuseAnalyzedPattern = True  # of one Jacobian to the next, entries have the same places
     settings.solution.file.write = False
     settings.solution.sensors.active = False
     return settings

@@ -174,7 +174,7 @@ def _snow_wrench(
         return SnowWrench(feet[..., first : first + 3], feet[..., second : second + 3], normal)
     nodes, rates = (part[..., :3] for part in skis)
     mass, gravity = (parts.node_mass, parts.node_moment), gravity_in_slope(parts.model.inclination)
-    wrench = np.array(record.on_skis) - weight_and_inertia(posture, nodes, rates, mass, gravity)
+    wrench = record.on_skis - weight_and_inertia(posture, nodes, rates, mass, gravity)
     force, moment = np.einsum("nsij,nswj->wnsi", posture.foot_rotation, wrench.reshape(*normal.shape[:2], 2, 3))
     return SnowWrench(force + friction, moment, normal)
 

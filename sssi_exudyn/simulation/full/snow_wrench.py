@@ -25,16 +25,17 @@ def torque_on_quaternion(quaternion: Array, general: Array) -> Array:
 
 
 def wrench_on_nodes(general: Array, coordinates: Array) -> Array:
-    """Return (2, 6) N and N m: resultant of the generalised forces on each ski's nodes about the foot's place.
+    """Return (t, 2, 6) N and N m: resultant of the generalised forces on each ski's nodes about the foot's place.
 
     Parameters
     ----------
-    general, coordinates : (2·7·(n + 1),) of both skis' nodes, in the frames of their feet
+    general, coordinates : (t, 2·7·(n + 1)) of both skis' nodes at t instants, in the frames of their feet
     """
-    forces, nodes = general.reshape(2, -1, NODE), coordinates.reshape(2, -1, NODE)
+    shape = len(general), 2, general.shape[1] // (2 * NODE), NODE
+    forces, nodes = general.reshape(shape), coordinates.reshape(shape)
     torque = torque_on_quaternion(nodes[..., 3:], forces[..., 3:])
-    moment = np.sum(cross(nodes[..., :3], forces[..., :3]) + torque, axis=1)
-    return np.hstack([forces[..., :3].sum(axis=1), moment])
+    moment = np.sum(cross(nodes[..., :3], forces[..., :3]) + torque, axis=2)
+    return np.concatenate([forces[..., :3].sum(axis=2), moment], axis=-1)
 
 
 def weight_and_inertia(

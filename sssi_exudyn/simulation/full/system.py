@@ -23,26 +23,15 @@ from sssi_exudyn.simulation.full.forces import CarvedForces, CoupledMass, Forces
 from sssi_exudyn.simulation.posture_table import PostureTable
 from sssi_exudyn.simulation.ski_on_snow.structs import Carrier, Instant
 
+_OF_MOVEMENT: Final = (
+    "foot_velocity", "foot_acceleration", "foot_spin", "foot_spin_rate", "com_velocity", "exposed_velocity"
+)  # fmt: skip
+
 
 def instant(posture: PostureTable, row: int, *, standing: bool = False) -> Instant:
     """Return one row of a posture table as the force kernel takes it; ``standing``: the same posture at rest."""
-    moves = 0.0 if standing else 1.0
-    return Instant(
-        time=float(posture.time[row]),
-        foot_place=posture.foot_place[row],
-        foot_velocity=moves * posture.foot_velocity[row],
-        foot_acceleration=moves * posture.foot_acceleration[row],
-        foot_rotation=posture.foot_rotation[row],
-        foot_spin=moves * posture.foot_spin[row],
-        foot_spin_rate=moves * posture.foot_spin_rate[row],
-        foot_jacobian=posture.foot_jacobian[row],
-        com_place=posture.com_place[row],
-        com_velocity=moves * posture.com_velocity[row],
-        com_jacobian=posture.com_jacobian[row],
-        exposed_velocity=moves * posture.exposed_velocity[row],
-        exposed_facing=posture.exposed_facing[row],
-        exposed_jacobian=posture.exposed_jacobian[row],
-    )
+    at = Instant(float(posture.time[row]), *(getattr(posture, name)[row] for name in Instant._fields[1:]))
+    return at._replace(**{name: 0.0 * getattr(at, name) for name in _OF_MOVEMENT}) if standing else at
 
 
 HELD: Final = (0, 1, 2, 4, 5, 6)
@@ -79,10 +68,12 @@ class System:
         """Give the system's memory back.  Its callbacks refer to the system and it to them: no collector sees that
         ring.
         """
-        for take in (self.mbs.SetPreStepUserFunction, self.mbs.SetPostStepUserFunction):
+        mbs = self.mbs
+        for take in (
+            mbs.SetPreStepUserFunction, mbs.SetPostStepUserFunction, mbs.SetPreNewtonResidualUserFunction
+        ):  # fmt: skip
             take(0)
-        for name in ("forceUserFunction", "jacobianUserFunction"):
-            self.mbs.SetObjectParameter(self.object, name, 0)
+        mbs.SetObjectParameter(self.object, "jacobianUserFunction", 0)
         self.container.Reset()
 
     def press(self, force: float) -> None:

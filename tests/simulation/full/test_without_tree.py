@@ -24,8 +24,8 @@ def both(request: pytest.FixtureRequest) -> tuple[SimulationResult, SimulationRe
     # steps and tolerance at which both have converged: what is left is how the tree integrates the 28 angles
     solver = replace(model.solver, step=0.0025, relative_tolerance=1e-7, elements=20)  # of skis that are the same
     model = replace(model, solver=solver, terms=(*model.terms, *pushes))
-    whole = simulate(model, motion, stop=motion.start + 1.0)
-    return whole, simulate(model, motion, stop=motion.start + 1.0, tree=False)
+    whole = simulate(model, motion, stop=motion.start + 1.0, tree=True)
+    return whole, simulate(model, motion, stop=motion.start + 1.0)
 
 
 @pytest.mark.long
@@ -73,7 +73,7 @@ def test_antenna_path() -> None:
     recording, motion = bundled("beginner")
     motion = replace(motion, stop=motion.start + 0.5)
     model = model_of(recording, motion)
-    run = simulate(model, motion, tree=False)
+    run = simulate(model, motion)
     time, antenna = antenna_path(model, motion)
     np.testing.assert_array_equal(time, run.time)
     np.testing.assert_array_equal(antenna, run.antenna)

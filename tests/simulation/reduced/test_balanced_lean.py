@@ -36,7 +36,7 @@ def test_what_is_left_over_in_roll_is_what_inverse_dynamics_find() -> None:
     tried = replace(paper, terms=combine_terms(paper.terms, (snow,)))
     seconds = 1.0
     left_over = roll_left_over(carved_run(tried, prepare(tried, motion, stop=motion.start + seconds)))
-    run = simulate(tried, motion, stop=motion.start + seconds, tree=False)
+    run = simulate(tried, motion, stop=motion.start + seconds)
     way = (run.com_velocity @ slope_to_level(motion.inclination).T)[:, :2]
     way /= np.linalg.norm(way, axis=1, keepdims=True)
     expected = np.sum(residual_moment_vector(run)[:, :2] * way, axis=1)

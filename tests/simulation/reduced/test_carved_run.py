@@ -106,7 +106,7 @@ def test_a_model_with_edges_is_run_as_such() -> None:
 
 @pytest.mark.parametrize("lean", [0.0, 2e-5, 1e-4, 5e-4])  # rad: exactly flat, and the edges 1 to 30 µm apart in depth
 def test_the_full_model_solves_skis_that_lie_flat(lean: float) -> None:
-    run = simulate(GLIDING, standing(0.3, pelvis_list=lean), tree=False)
+    run = simulate(GLIDING, standing(0.3, pelvis_list=lean))
     gained = np.polyfit(run.time[run.time > 0.1], run.com_velocity[run.time > 0.1, 0], 1)[0]
     # as of the reduced model, whose skis have longer to settle
     assert gained == pytest.approx(GRAVITY * (np.sin(INCLINATION) - 0.05 * np.cos(INCLINATION)), rel=0.01)
@@ -161,7 +161,7 @@ def test_inverse_dynamics_and_the_tree_give_the_same_moments() -> None:
     paper = model_of(recording, motion)
     tried = replace(paper, terms=combine_terms(paper.terms, (Carving(mu=0.1),)))
     by_tree = simulate(tried, motion, stop=motion.start + 0.1)
-    without = simulate(tried, motion, stop=motion.start + 0.1, tree=False)
+    without = simulate(tried, motion, stop=motion.start + 0.1)
     # the two integrate different coordinates: the paths are as near as Newton's tolerance leaves them
     np.testing.assert_allclose(by_tree.antenna, without.antenna, atol=1e-4)
     np.testing.assert_allclose(by_tree.joint_moments[4:], without.joint_moments[4:], atol=2.0)

@@ -36,7 +36,7 @@ SNOW = (Carving(mu=0.05),)
 @cache
 def whole(side: float) -> SimulationResult:
     angles = EDGED if side > 0.0 else MIRRORED
-    return simulate(model(SNOW, across=side), standing(0.4, **angles), tree=False)
+    return simulate(model(SNOW, across=side), standing(0.4, **angles))
 
 
 @cache
