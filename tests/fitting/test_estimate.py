@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bundled import bundled
+from bundled import bundled, steady
 
 from sssi_exudyn.contact.registry import combine_terms
 from sssi_exudyn.contact.terms.carving import Carving
@@ -73,6 +73,7 @@ def test_a_fit_finds_the_heading_where_edges_cut() -> None:
     model = model_of(recording, motion)
     model = replace(model, terms=combine_terms(model.terms, (Carving(mu=0.13, hardness=0.54e8, strength=0.9e5),)))
     motion = replace(motion, stop=motion.start + 1.5)
+    recording = steady(recording)
     problem = problem_of(recording, motion, model.with_heading("free"), "joint")
     posterior = estimate(problem, recording, motion, full=False).posterior
     assert posterior.model.heading.mode == "track"  # nothing else would hold it while all is sought

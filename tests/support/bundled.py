@@ -22,6 +22,14 @@ def bundled(name: str) -> tuple[Recording, Motion]:
     return recording, motion_from_recording(recording)
 
 
+def steady(recording: Recording) -> Recording:
+    """Return the recording as by a suit whose errors do not wander: a dozen errors of the posture to be estimated
+    instead of ten dozen, for tests that are not about the posture.
+    """
+    wander = ("foot_wander", "foot_place_wander", "foot_height_wander", "trunk_wander")
+    return replace(recording, uncertainty=replace(recording.uncertainty, **dict.fromkeys(wander, 0.0)))
+
+
 def coarse(model: Model) -> Model:
     """Return the model with skis of 20 elements: the full model takes half the time, and its track differs by 3 mm."""
     return replace(model, solver=replace(model.solver, elements=20))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from bundled import bundled, coarse
+from bundled import bundled, coarse, steady
 
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.model.from_recording import first_guess, model_of
@@ -18,8 +18,12 @@ from sssi_exudyn.validation.diagnosis.state import first_fit
 
 
 def fits_of_two_runs(law: Term) -> list[SeparateFit]:
-    """Fit two stretches of the intermediate's run at different speeds, each without the law."""
+    """Fit two stretches of the intermediate's run at different speeds, each without the law.
+
+    The suit's errors are constant, in the world as in what is stated of it.
+    """
     recording, motion = bundled("intermediate")
+    recording = steady(recording)
     assert recording.gps is not None
     # values of a fit of the whole recording; the data are those of the world below, so no fit is needed to make them
     fitted = coarse(model_of(recording, motion)).with_values({"friction.mu_t": 0.19, "friction.mu_n": 0.9})
@@ -30,7 +34,7 @@ def fits_of_two_runs(law: Term) -> list[SeparateFit]:
         world = replace(fitted, start=start, terms=(*fitted.terms, law))
         given = (recording, stretch, fitted)
         rng = np.random.default_rng([3, number])
-        usual = replace(draw_instruments(rng, stretch), outliers=0.0, lost=None)
+        usual = replace(draw_instruments(rng, stretch), outliers=0.0, lost=None, wander=0.0)
         made = record(rng, given, stretch, world, usual, 0.0, 0.0)
         own.append(separate_fit(*first_fit(diagnosis_problem(*made))))
     return own

@@ -6,18 +6,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from bundled import bundled
+from bundled import bundled, steady
 
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import level_to_enu
+from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
 from sssi_exudyn.fitting.observations import predict_fixes
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.result import SimulationResult
-from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
-from sssi_exudyn.validation.diagnosis.state import first_fit
 
 
 def displaced_by(
@@ -25,16 +25,18 @@ def displaced_by(
 ) -> tuple[Recording, Motion]:
     """Return the recording ``examples/name`` between two times (s), displaced by further terms.
 
-    The terms follow from its fitted run.
+    The terms follow from its fitted run.  The suit is one whose errors do not wander.
     """
     recording, motion = bundled(name)
+    recording = steady(recording)
     assert recording.gps is not None
     motion = replace(motion, start=start, stop=stop)
-    problem, _, base = first_fit(diagnosis_problem(recording, motion, model_of(recording, motion)))
-    fixes, model = recording.gps.time, base.model
-    before = simulate_reduced(model, problem.prepared)
+    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+    prepared = prepare(problem.model, motion)
+    fixes, model = recording.gps.time, problem.model_at(fit_reduced(problem, prepared).values)
+    before = simulate_reduced(model, prepared)
     more = replace(model, terms=(*model.terms, *terms_of(before)))
-    after = simulate_reduced(more, problem.prepared)
+    after = simulate_reduced(more, prepared)
     places = [predict_fixes(at, run.time, run.antenna, fixes) for at, run in ((model, before), (more, after))]
     moved = np.where((fixes < motion.stop)[:, None], places[1] - places[0], 0.0)
     enu = recording.gps.enu + moved @ level_to_enu(model.fall_line_azimuth).T

@@ -13,7 +13,7 @@ import pytest
 import tomli_w
 from a_diagnosis import diagnosis_of, finding_of
 from a_linear_model import LEVELS
-from bundled import bundled, coarse
+from bundled import bundled, coarse, steady
 from explanations import NOWHERE, refitted
 from schema_check import check_against_schema
 
@@ -439,7 +439,7 @@ def test_the_model_that_is_written_meets_the_track_as_is_claimed(base: Any, tmp_
     motion = replace(motion, stop=motion.start + 4.0)
     displaced = (recording.gps.time > motion.start + 1.5) & (recording.gps.time < motion.start + 2.5)
     enu = recording.gps.enu + np.where(displaced[:, None], [[0.6, -0.4, 0.0]], 0.0)
-    displaced_recording = replace(recording, gps=replace(recording.gps, enu=enu))
+    displaced_recording = steady(replace(recording, gps=replace(recording.gps, enu=enu)))
     diagnosed = diagnose(displaced_recording, motion, model, hypotheses=FEW)
     assert [finding.name for finding in diagnosed.diagnosis.findings] == ["gps_jump"]
     claimed = diagnosed.diagnosis.findings[0].evidence.trajectory_error_m
@@ -462,7 +462,7 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
     motion = replace(motion, stop=motion.start + 4.0)
     # the fixes jump by 1 m, 50 standard deviations
     jump = np.where(recording.gps.time[:, None] > motion.start + 2.0, [[1.0, 0.0, 0.0]], 0.0)
-    jumped = replace(recording, gps=replace(recording.gps, enu=recording.gps.enu + jump))
+    jumped = steady(replace(recording, gps=replace(recording.gps, enu=recording.gps.enu + jump)))
     asked = []
 
     def once(problem: DiagnosisProblem, state: State, fit: Any) -> Any:

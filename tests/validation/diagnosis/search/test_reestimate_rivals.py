@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from a_linear_model import LEVELS
-from bundled import bundled
+from bundled import bundled, steady
 from explanations import explained, ranked
 
 from sssi_exudyn.core.errors import SimulationDiverged
@@ -109,7 +109,7 @@ def test_about_the_same_estimate_the_evidence_is_the_same() -> None:
     motion = replace(motion, stop=motion.start + 4.0)
     displaced = (recording.gps.time > motion.start + 1.5) & (recording.gps.time < motion.start + 2.5)
     enu = recording.gps.enu + np.where(displaced[:, None], [[0.1, -0.1, 0.0]], 0.0)
-    recording = replace(recording, gps=replace(recording.gps, enu=enu))
+    recording = steady(replace(recording, gps=replace(recording.gps, enu=enu)))
     everyone = replace(THRESHOLDS, rival=0.0)
     hypotheses = [BY_NAME["gps_jump"], BY_NAME["unexplained_force"]]
     model = model_of(recording, motion)
