@@ -50,6 +50,7 @@ class Stage:
     fraction: float | None = None
     _compiles: bool = field(init=False, default=False)
     _begin: float = field(init=False)
+    _shared: float = field(init=False, default=0.0)
     _written: float = field(init=False, default=-float("inf"))
 
     def __post_init__(self) -> None:
@@ -69,7 +70,9 @@ class Stage:
         fraction : share done in [0, 1]; None where there is no news of it
         detail : a text such as the current error, with its unit
         """
-        self.fraction, self.detail = self.fraction if fraction is None else fraction, detail
+        self.detail = detail
+        if fraction is not None and fraction != self.fraction:
+            self.fraction, self._shared = fraction, self.clock() - self._begin
         if self.listener is not None:
             self.listener(self.name, fraction, detail)
         if self.stream is None or not (self._rewrites or self.verbose):
@@ -93,20 +96,19 @@ class Stage:
         self._written = self.clock()
         since = self._written - self._begin
         share = "" if self.fraction is None else f" {100.0 * self.fraction:3.0f} %"
-        left = self._left(self.fraction, since)
+        left = self._left(since)
         if self._rewrites:
             self._write(f"{_CLEAR_LINE}{self.name}{share} {self.detail}{left and f' ({left})'}".rstrip())
         else:
             detail = self.detail and f" ({self.detail})"
             self._write(f"{self.name}:{share} after {duration(since)}{left and f', {left}'}{detail}\n")
 
-    def _left(self, fraction: float | None, since: float) -> str:
+    def _left(self, since: float) -> str:
         """Return the time left in words; "" where it cannot be predicted."""
-        if fraction is not None and fraction >= _LEAST_SHARE:
-            return f"{about(since * (1.0 - fraction) / fraction)} left" if since >= _LONG else ""
-        if self.expected is None or self.expected < _LONG:
-            return ""
-        return f"{about(self.expected - since)} left" if since < self.expected else ""
+        share, long = self.fraction, max(since, self.expected or 0.0) >= _LONG
+        known = share is not None and share >= _LEAST_SHARE
+        whole = self._shared / share if share is not None and known else self.expected
+        return f"{about(whole - since)} left" if whole is not None and long and since < whole else ""
 
     def end(self, word: str) -> None:
         """Write the stage's last line: its name, ``word``, how long it took and the last detail."""

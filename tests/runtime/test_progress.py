@@ -31,10 +31,11 @@ def seconds() -> itertools.count:
 
 
 def test_a_log_gets_one_line_a_stage() -> None:
-    log = io.StringIO()
-    with Progress(log, seconds().__next__).stage("fit") as stage:
+    log, clock = io.StringIO(), Clock()
+    with Progress(log, clock).stage("fit") as stage:
         for k in range(10):
             stage.advance(k / 10, f"error {k} m")
+        clock.now = 1.0
     assert log.getvalue() == "fit: done after 1.0 s (error 9 m)\n"
 
 
@@ -85,11 +86,16 @@ def test_the_expected_duration_gives_the_time_left_where_no_share_does() -> None
 def test_a_share_stays_where_a_detail_brings_no_news_of_it() -> None:
     log, clock = io.StringIO(), Clock()
     stage = Stage("diagnose", log, clock, expected=100.0)
+    clock.now = 200.0
     stage.advance(0.5)
-    clock.now = 300.0
-    stage.advance(None, "full model")
-    stage.write()
-    assert log.getvalue().splitlines()[-1] == "diagnose:  50 % after 5 min 0 s, about 5 min left (full model)"
+    for now in (300.0, 500.0):
+        clock.now = now
+        stage.advance(None, "full model")
+        stage.write()
+    assert log.getvalue().splitlines()[-2:] == [
+        "diagnose:  50 % after 5 min 0 s, about 2 min left (full model)",
+        "diagnose:  50 % after 8 min 20 s (full model)",  # what was predicted is over, and nothing new is known
+    ]
 
 
 def test_the_share_of_a_part_is_one_of_the_whole() -> None:
