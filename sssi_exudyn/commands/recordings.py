@@ -35,7 +35,7 @@ def inspect(folder: Path, out: Path | None = None) -> Inspection:
     recording = read_recording(folder)
     skiing = skiing_of(recording)
     if out is not None:
-        plot_inspection(recording, out, () if skiing is None else skiing.turns)
+        plot_inspection(recording, out, skiing)
     snow = _snow(recording)
     if snow is None:
         return inspect_recording(recording, skiing=skiing)

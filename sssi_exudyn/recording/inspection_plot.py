@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -12,7 +12,7 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.text import plot_text
 from sssi_exudyn.io.writing import check_file_name, write_atomically
-from sssi_exudyn.recording.inspection import TurnSpan
+from sssi_exudyn.recording.inspection import Skiing
 from sssi_exudyn.recording.recording import Recording
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 _PICTURES: Final = (".png", ".svg", ".pdf")
 
 
-def plot_inspection(recording: Recording, path: Path, turns: Sequence[TurnSpan] = ()) -> None:
-    """Draw what the recording's instruments measured, and when, into an image file; turns are shaded.
+def plot_inspection(recording: Recording, path: Path, skiing: Skiing | None = None) -> None:
+    """Draw what the recording's instruments measured, and when, into an image file; turns are shaded, a crop is lined.
 
     ``path`` ends in .png, .svg or .pdf.  Raises InputError for another ending, and where it cannot be written.
     """
@@ -39,11 +39,21 @@ def plot_inspection(recording: Recording, path: Path, turns: Sequence[TurnSpan] 
     for index, draw in enumerate(drawn):
         axes = figure.add_subplot(rows, columns, index + 1)
         if draw is _draw_speed:
-            for turn in turns[::2]:  # every second one, so that their bounds are seen
-                axes.axvspan(turn.start_s, turn.stop_s, color="0.5", alpha=0.15, linewidth=0)
+            _mark_skiing(axes, skiing)
         draw(axes, recording)
     figure.suptitle(plot_text(recording.name))
     save_picture(figure, path)
+
+
+def _mark_skiing(axes: Axes, skiing: Skiing | None) -> None:
+    """Shade every second turn, so that their bounds are seen, and draw a line at each end of the suggested crop."""
+    if skiing is None:
+        return
+    for turn in skiing.turns[::2]:
+        axes.axvspan(turn.start_s, turn.stop_s, color="0.5", alpha=0.15, linewidth=0)
+    for instant in (skiing.crop_start_s, skiing.crop_stop_s):
+        if instant is not None:
+            axes.axvline(instant, color="0.2", linestyle="--", linewidth=1.0)
 
 
 def picture(path: Path, size: tuple[float, float]) -> Figure:
@@ -86,7 +96,7 @@ def _draw_altitude(axes: Axes, recording: Recording) -> None:
 
 
 def _draw_speed(axes: Axes, recording: Recording) -> None:
-    axes.set(title="Speed of the track, every second turn shaded", xlabel="time (s)", ylabel="speed (m/s)")
+    axes.set(title="Speed, every second turn shaded; suggested crop dashed", xlabel="time (s)", ylabel="speed (m/s)")
     assert recording.gps is not None
     time, enu = recording.gps.time, recording.gps.enu
     middles = 0.5 * (time[1:] + time[:-1])

@@ -45,18 +45,28 @@ def _joined(tiles: list[Tile]) -> str:
 
 
 def _friction(summary: Summary) -> list[Tile]:
-    """Return the coefficients with their intervals, those of edges that cut where edges cut."""
+    """Return the coefficients with their intervals, those of edges that cut where edges cut.
+
+    Few sensors tell effective friction best: it comes first there.
+    """
     cut = summary.carving
     if cut is not None:
         note = _certainty(summary, "mu", cut.mu)
         return [_coefficient("μ along the edges", cut.mu, note)] if cut.mu.value is not None else []
     named = (("μ_t", "mu_t", "along the ski"), ("μ_n", "mu_n", "largest lateral load ratio"))
-    tiles = []
+    tiles = [] if summary.posture is None else _effective(summary.posture.effective_friction)
     for name, key, meaning in named:
         estimate: Estimate = getattr(summary.friction, key)
         if estimate.value is not None:
             tiles.append(_coefficient(name, estimate, _certainty(summary, key, estimate), meaning))
     return tiles
+
+
+def _effective(estimate: Estimate) -> list[Tile]:
+    if estimate.value is None:
+        return []
+    error = "" if estimate.se is None else f"± {estimate.se:.3f}, "
+    return [Tile("effective friction", f"{estimate.value:.3f}", f"{error}skidding included")]
 
 
 def _coefficient(name: str, estimate: Estimate, note: str, meaning: str = "") -> Tile:

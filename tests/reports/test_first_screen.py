@@ -88,7 +88,9 @@ def test_sections_of_an_assumed_posture_are_marked_and_say_so(run: StoredRun) ->
     for title in ("Joint angles", "Joint moments", "Ground reaction force", "Trajectories"):
         assert any(name.startswith(title) for name in marked), title
     assert not any(name.startswith(("Simulated and measured", "Snow surface")) for name in marked)
-    assert "load share (assumed)" in before_contents(page)
+    text = before_contents(page)
+    assert "load share (assumed)" in text
+    assert text.index("effective friction 0.200 ± 0.010, skidding included") < text.index("μ_t, along the ski")
 
 
 def test_a_diagnosis_has_tiles_of_its_own() -> None:
