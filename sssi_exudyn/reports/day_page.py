@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from sssi_exudyn.core.number_ref import MU_N, number_ref
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.html import document, grid
-from sssi_exudyn.reports.section import Block, Drawing, Grid, Markup, Section, Text
+from sssi_exudyn.reports.html import document, grid, tiles_html
+from sssi_exudyn.reports.section import Block, Drawing, Grid, Markup, Section, Text, Tile
 from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.folder import LAW, MODEL
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Alternative, Number
@@ -39,8 +39,7 @@ def sentence_of_day(
             f"probable): {law.formula}; the nearest in the list is {law.best_named}; "
             f"μ_n, the largest lateral load ratio, is {_around(law.numbers[MU_N])}."
         )
-    nothing = next(explanation for explanation in explanations if explanation.name == NOTHING_MISSING)
-    best = nothing if nothing.probability > THRESHOLDS.stands_out else explanations[0]
+    best = _best(explanations)
     numbers = {number_ref(name).key: number for name, number in best.numbers.items()}
     named = best.name != NOTHING_MISSING
     what = BY_NAME[best.name].sentence(numbers, model) if named else "nothing is missing that acts on all alike"
@@ -59,8 +58,30 @@ def sentence_of_day(
     return f"In {runs} runs together {what} ({probability:.0%} probable{alternatives}); {friction}."
 
 
+def _best(explanations: Sequence[DayExplanation]) -> DayExplanation:
+    """Return the most probable explanation; it is nothing, unless that is improbable."""
+    nothing = next(explanation for explanation in explanations if explanation.name == NOTHING_MISSING)
+    return nothing if nothing.probability > THRESHOLDS.stands_out else explanations[0]
+
+
+def tiles_of_day(day: Day) -> tuple[Tile, ...]:
+    """Return what acts on all runs, how sure that is, and friction with its interval."""
+    best = _best(day.explanations)
+    numbers = {number_ref(name).key: number for name, number in best.numbers.items()}
+    others = [other for other in day.explanations if other is not best and other.probability >= THRESHOLDS.worth_naming]
+    named = ", ".join(f"{other.name.replace('_', ' ')} {other.probability:.0%}" for other in others)
+    what = "nothing is missing" if best.name == NOTHING_MISSING else best.name.replace("_", " ")
+    friction = [
+        Tile(name, f"{numbers[key].value:.3f}", f"90\u00a0% interval {numbers[key].low:.3f} to {numbers[key].high:.3f}")
+        for name, key in (("μ_t, along the ski", "mu_t"), ("μ_n, largest lateral load ratio", "mu_n"))
+        if key in numbers
+    ]
+    sure = Tile("how sure", f"{best.probability:.0%}", f"else {named}" if named else "no other explanation remains")
+    return (Tile("what acts on all runs", what, f"{len(day.recordings)} runs compared"), sure, *friction)
+
+
 def day_page(day: Day) -> str:
-    """Return the page: the sentence, every explanation with its numbers, and links to each run's own page."""
+    """Return the page: tiles, the sentence, every explanation with its numbers, and links to each run's own page."""
     rows = [["", "probability", "log evidence", "numbers, 90 % intervals"]]
     none = next(explanation.log_evidence for explanation in day.explanations if explanation.name == NOTHING_MISSING)
     for explanation in day.explanations:
@@ -74,7 +95,8 @@ def day_page(day: Day) -> str:
         *([Section("The same place in other runs", _same_place(day.same_place))] if day.same_place else []),
         Section("Each run by itself", (Markup(f"<ul>\n{runs}</ul>\n"),)),
     ]
-    return document(f"{len(day.recordings)} runs of a day", f"<p>{escape(day.sentence)}</p>\n", sections)
+    lead = f"{tiles_html(tiles_of_day(day))}<p>{escape(day.sentence)}</p>\n"
+    return document(f"{len(day.recordings)} runs of a day", lead, sections)
 
 
 def _same_place(places: Sequence[SamePlace]) -> tuple[Markup | Text, ...]:

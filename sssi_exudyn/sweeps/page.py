@@ -40,17 +40,24 @@ def render_sweep(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame, versions
     """
     done = runs[runs["status"] == DONE]
     varied = [axis for axis in plan.axes if len(set(done[axis.name])) > 1]
-    sections = [_section("Runs", _outcomes(plan, runs))]
+    sections = []
     for number, output in enumerate(plan.outputs):
         known = done[done[output].notna()]
         if len(known):
-            sections.append(_section(output, _about(plan, known, indices, varied, output, number)))
-    sections.append(_section("Origin of this sweep", _origin(plan, versions)))
+            html = _about(plan, known, indices, varied, output, number)
+            sections.append(Section(output, (Markup(html),), _strongest(known, indices, varied, output), opened=True))
+    outcome = f"{len(done)} of {len(runs)} runs are complete."
+    sections.append(Section("Runs", (Markup(_outcomes(plan, runs)),), outcome, opened=len(done) < len(runs)))
+    design = f"The design is {plan.file.design.kind.replace('_', ' ')}, with {len(plan.points)} points a recording."
+    sections.append(Section("Origin of this sweep", (Markup(_origin(plan, versions)),), design))
     return document(plan.file.name, _lead(plan, runs), sections)
 
 
-def _section(title: str, html: str) -> Section:
-    return Section(title, (Markup(html),))
+def _strongest(runs: pd.DataFrame, indices: pd.DataFrame, varied: list[Axis], output: str) -> str:
+    """Name the range of an output, and the parameter that matters most for it."""
+    span = f"It goes from {runs[output].min():.3g} to {runs[output].max():.3g}"
+    ranked = rank_parameters(indices, str(runs["recording"].iloc[0]), output, varied)
+    return f"{span}; {ranked[0].name} matters most." if ranked else f"{span}."
 
 
 def _lead(plan: Plan, runs: pd.DataFrame) -> str:

@@ -139,6 +139,8 @@ def test_page_shows_every_output_and_asks_nothing_of_a_network() -> None:
     page = render_sweep(plan, table, indices_of(plan, table), dict(plan.job.versions))
     assert page.count("<svg") == 1 + 3 + 1  # bars, a curve for each parameter, a heat map
     assert "the simulation diverged" in page
+    assert re.search(r'<p class="say">It goes from [\d.]+ to [\d.]+; friction.mu_t matters most.</p>', page)
+    assert page.index("mean_speed_mps</h2>") < page.index("Runs</h2>")
     assert "<image" not in page  # the page's own rules would not show it
     assert not re.findall(r'(?:src|href)="(?!#)', page.replace('xlink:href="#', ""))
     assert page == render_sweep(plan, table, indices_of(plan, table), dict(plan.job.versions))

@@ -166,6 +166,9 @@ def test_a_day_in_words_as_a_page_and_as_a_file(tmp_path: Path) -> None:
     day = Day(1, ("morning", "a & b"), sentence, (speed, drag, nothing), origin)
     page = day_page(day)
     assert 'href="a%20%26%20b/report.html"' in page
+    tiles = page[page.index('<dl class="tiles">') : page.index("</dl>")]
+    for words in ("speed dependent friction", "70%", "else drag area 20%, nothing 10%", "0.098 to 0.102"):
+        assert words in tiles
     assert "0.012 (0.008 to 0.016) s/m" in page
     assert page.count("(by its linear response)") == 1
     (tmp_path / "day.json").write_text(to_json(day), encoding="utf-8")
