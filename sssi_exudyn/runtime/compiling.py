@@ -1,4 +1,4 @@
-"""Word that a function is about to be compiled, for whoever shows progress; it loads no compiler."""
+"""Word that a function is about to be compiled, for what shows progress; it loads no compiler."""
 
 from __future__ import annotations
 
