@@ -21,10 +21,11 @@ from sssi_exudyn.api.diagnosis import diagnose, diagnose_day
 from sssi_exudyn.api.muscles import muscles
 from sssi_exudyn.api.recordings import example, import_day, import_files, inspect, read_recording
 from sssi_exudyn.api.results import load, report
-from sssi_exudyn.api.runs import fit, model_of, read_model, run, simulate, validate
+from sssi_exudyn.api.runs import build, fit, model_of, read_model, run, simulate, validate
 from sssi_exudyn.api.sweeps import load_sweep, sweep
 
 if TYPE_CHECKING:
+    from sssi_exudyn.api.exudyn_model import ExudynModel
     from sssi_exudyn.api.result import Result
     from sssi_exudyn.api.sweep_result import SweepResult
     from sssi_exudyn.contact.conformance import check_term
@@ -44,6 +45,7 @@ __all__ = [
     "Answers",
     "BodyTerm",
     "Diagnosis",
+    "ExudynModel",
     "FixReader",
     "FootTerm",
     "InputError",
@@ -60,6 +62,7 @@ __all__ = [
     "SweepResult",
     "TerrainTerm",
     "WindTerm",
+    "build",
     "check_term",
     "diagnose",
     "diagnose_day",
@@ -88,6 +91,7 @@ _ELSEWHERE: Final = {
     "Answers": "importing.answers",
     "BodyTerm": "contact.term",
     "Diagnosis": "validation.diagnosis.diagnosis_data",
+    "ExudynModel": "api.exudyn_model",
     "FixReader": "recording.instruments.gps",
     "FootTerm": "contact.term",
     "InputError": "core.errors",

@@ -37,6 +37,7 @@ def add_ski_beam(
     angular_velocity: Array,
     *,
     damped: bool = True,
+    name: str = "ski",
 ) -> SkiBeam:
     """Add a free ski, unloaded, moving as one rigid body.
 
@@ -46,6 +47,7 @@ def add_ski_beam(
     velocity : (3,) of the ski frame's origin, m/s, in the system's frame
     angular_velocity : (3,) rad/s, in the system's frame
     damped : add the structural damping as rotational dampers between neighbouring nodes
+    name : start of the items' names, such as ``left_ski_node_0`` at the tail
 
     Camber and shovel are the nodes' reference poses: Exudyn takes the reference configuration as free of stress.
     Nothing is clamped here.
@@ -56,14 +58,16 @@ def add_ski_beam(
     frames = Rotation.from_matrix(turn @ mesh.node_rotation).as_quat(scalar_first=True)
     places = np.hstack([origin + arms, frames])
     rates = np.hstack([velocity + np.cross(angular_velocity, arms), _quaternion_rates(frames, angular_velocity)])
-    for place, rate in zip(places.tolist(), rates.tolist(), strict=True):
-        node = mbs.AddNode(NodeRigidBodyEP(referenceCoordinates=place, initialVelocities=rate))
+    for number, (place, rate) in enumerate(zip(places.tolist(), rates.tolist(), strict=True)):
+        own = f"{name}_node_{number}"
+        node = mbs.AddNode(NodeRigidBodyEP(name=own, referenceCoordinates=place, initialVelocities=rate))
         nodes.append(int(node))
-        markers.append(int(mbs.AddMarker(MarkerNodeRigid(nodeNumber=node))))
+        markers.append(int(mbs.AddMarker(MarkerNodeRigid(name=own, nodeNumber=node))))
     elements = [
         int(
             mbs.AddObject(
                 ObjectBeamGeometricallyExact(
+                    name=f"{name}_beam_{e}",
                     nodeNumbers=nodes[e : e + 2],
                     length=mesh.element_length[e],
                     sectionData=_section(mesh, e),
@@ -76,7 +80,7 @@ def add_ski_beam(
         nodes=tuple(nodes),
         node_markers=tuple(markers),
         elements=tuple(elements),
-        dampers=_add_dampers(mbs, mesh, markers) if damped else (),
+        dampers=_add_dampers(mbs, mesh, markers, name) if damped else (),
     )
 
 
@@ -88,7 +92,7 @@ def _section(mesh: BeamMesh, element: int) -> exu.BeamSection:
     return section
 
 
-def _add_dampers(mbs: exu.MainSystem, mesh: BeamMesh, markers: list[int]) -> tuple[int, ...]:
+def _add_dampers(mbs: exu.MainSystem, mesh: BeamMesh, markers: list[int], name: str) -> tuple[int, ...]:
     """Add dampers D = τK between neighbours, for rotations only: an element's own damping matrix has no effect in
     Exudyn.
     """
@@ -97,6 +101,7 @@ def _add_dampers(mbs: exu.MainSystem, mesh: BeamMesh, markers: list[int]) -> tup
     for e, length in enumerate(mesh.element_length):
         damping = np.diag([0.0, 0.0, 0.0, *(tau / length * mesh.stiffness[e, 3:])])
         damper = RigidBodySpringDamper(
+            name=f"{name}_damper_{e}",
             markerNumbers=markers[e : e + 2],
             stiffness=np.zeros((6, 6)),
             damping=damping,

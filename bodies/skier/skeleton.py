@@ -163,10 +163,10 @@ class CarriedMass:
 
 def add_carried_mass(mbs: Any, mass: float, gravity: Array, pelvis: Array) -> CarriedMass:
     """Add ``mass`` (kg) at the pelvis' place (3,) m to ``mbs``, under ``gravity`` (3,) m/s²."""
-    node = mbs.AddNode(NodePoint(referenceCoordinates=[0.0] * 3, initialCoordinates=list(pelvis)))
-    point = mbs.AddObject(ObjectMassPoint(mass=mass, nodeNumber=node))
-    marker = mbs.AddMarker(MarkerBodyPosition(bodyNumber=point))
-    load = mbs.AddLoad(LoadForceVector(markerNumber=marker, loadVector=list(mass * gravity)))
+    node = mbs.AddNode(NodePoint(name="pelvis", referenceCoordinates=[0.0] * 3, initialCoordinates=list(pelvis)))
+    point = mbs.AddObject(ObjectMassPoint(name="skier", mass=mass, nodeNumber=node))
+    marker = mbs.AddMarker(MarkerBodyPosition(name="pelvis", bodyNumber=point))
+    load = mbs.AddLoad(LoadForceVector(name="weight", markerNumber=marker, loadVector=list(mass * gravity)))
     return CarriedMass(int(node), int(load), mass, gravity)
 
 
@@ -188,6 +188,7 @@ def add_skeleton(
     types = [_PRISMATIC[a] if i < 3 else _REVOLUTE[a] for i, a in enumerate(links.axis)]
     node = mbs.AddNode(
         NodeGenericODE2(
+            name="skier",
             numberOfODE2Coordinates=len(COORDINATES),
             referenceCoordinates=[0.0] * len(COORDINATES),
             initialCoordinates=list(links.sign * q),
@@ -196,6 +197,7 @@ def add_skeleton(
     )
     tree = mbs.AddObject(
         ObjectKinematicTree(
+            name="skier",
             nodeNumber=node,
             gravity=list(gravity),
             jointTypes=types,
@@ -207,10 +209,12 @@ def add_skeleton(
             linkMasses=list(mass),
         )
     )
-    ground = mbs.AddMarker(MarkerNodeCoordinates(nodeNumber=mbs.AddNode(NodePointGround())))
-    marker = mbs.AddMarker(MarkerNodeCoordinates(nodeNumber=node))
+    fixed = mbs.AddNode(NodePointGround(name="ground_of_skier"))
+    ground = mbs.AddMarker(MarkerNodeCoordinates(name="ground_of_skier", nodeNumber=fixed))
+    marker = mbs.AddMarker(MarkerNodeCoordinates(name="coordinates_of_skier", nodeNumber=node))
     constraint = mbs.AddObject(
         CoordinateVectorConstraint(
+            name="prescribed_angles",
             markerNumbers=[ground, marker],
             scalingMarker0=np.zeros((0, 0)),
             scalingMarker1=np.eye(len(COORDINATES))[3:],

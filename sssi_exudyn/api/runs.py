@@ -27,6 +27,7 @@ from sssi_exudyn.core.choices import Backend, HeadingMode, Method, Snow
 from sssi_exudyn.core.command_line import Option
 
 if TYPE_CHECKING:
+    from sssi_exudyn.api.exudyn_model import ExudynModel
     from sssi_exudyn.api.result import Result
     from sssi_exudyn.model.model import Model
 
@@ -63,6 +64,49 @@ def read_model(file: AnyPath, *, plugins: Plugins = ()) -> Model:
 
     use_plugins(plugins)
     return read(Path(file))
+
+
+def build(
+    recording: RecordingOrFolder,
+    model: ModelOrFile | None = None,
+    *,
+    start: float | None = None,
+    stop: float | None = None,
+    terms: Terms = (),
+    snow: Snow = "paper",
+    plugins: Plugins = (),
+    progress: ProgressWanted = False,
+) -> ExudynModel:
+    """Build the model in Exudyn, settled on the snow at the start of the run.
+
+    Parameters
+    ----------
+    recording : the recording: a folder with recording.toml, or a ``Recording``
+    model : the model, such as a result's model.toml.  Without one friction is the default.
+    start, stop : s on the recording's clock; without them the recording's own
+    terms : force terms to add, by name with their default numbers (sssi terms), or objects
+    snow : friction at the foot as in the paper, or snow that edges cut.  It is ``"paper"`` or ``"carving"``.
+    plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
+    progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
+
+    Raises InputError for bad input, such as a model whose heading is to be found.
+
+    Examples
+    --------
+    >>> model = sssi_exudyn.build("examples/beginner", stop=3.0)
+    >>> model.objects["skier"], model.nodes["left_ski_node_0"]
+    >>> result = model.run()
+    """
+    from sssi_exudyn.api.exudyn_model import ExudynModel
+    from sssi_exudyn.api.progress import progress_of
+    from sssi_exudyn.commands.runs import build_model, choose_model, open_recording, terms_named
+
+    use_plugins(plugins)
+    added = terms_named(terms)
+    with open_recording(recording_of(recording), None, progress_of(progress)) as work:
+        chosen = choose_model(work, model_in(model), added, snow, None)
+        opened = build_model(work, chosen, start=start, stop=stop)
+    return ExudynModel(**vars(opened), recording=work.recording)
 
 
 def simulate(

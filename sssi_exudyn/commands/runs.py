@@ -70,6 +70,7 @@ from sssi_exudyn.runtime.plugins import origin_of, origins_of
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.full.open_model import OpenModel, open_model
 from sssi_exudyn.simulation.full.run import simulate as simulate_model
 from sssi_exudyn.simulation.reduced.balanced_lean import balance
 from sssi_exudyn.simulation.result import SimulationResult
@@ -149,6 +150,20 @@ def choose_model(
     if heading is not None:
         settings["heading"] = heading
     return ChosenModel(chosen, given is not None, settings)
+
+
+def build_model(work: Work, chosen: ChosenModel, *, start: float | None, stop: float | None) -> OpenModel:
+    """Build the model in Exudyn from ``start`` to ``stop`` (s; the recording's own if None).
+
+    Raises InputError for times outside the recording.
+    """
+    first, last = work.motion.start, work.motion.stop
+    begin, end = first if start is None else start, last if stop is None else stop
+    if not first <= begin < end <= last:
+        problem = f"{begin:g} s to {end:g} s is no part of the run"
+        raise InputError("build", "start and stop", problem, f"choose times from {first:.3f} s to {last:.3f} s")
+    with work.progress.stage("build"):
+        return open_model(chosen.model, work.motion, start=begin, stop=end)
 
 
 def simulate_recording(work: Work, chosen: ChosenModel, *, balanced: bool, backend: Backend) -> Made:

@@ -52,7 +52,7 @@ NAMED_OTHERWISE = {
 SHORTER = {"sweep resume": {"file", "out"}, "sweep retry": {"file", "out"}}
 """Parameters of ``sweep`` that the folder of a sweep holds."""
 NO_COMMAND = {
-    *("read_recording", "model_of", "read_model", "load"),  # they return objects
+    *("build", "read_recording", "model_of", "read_model", "load"),  # they return objects
     *("use_plugin", "check_term", "quantity"),  # for laws of one's own
     "diagnose_day",  # is ``sssi diagnose`` of several recordings
     "import_day",  # is ``sssi import`` of a track with several descents

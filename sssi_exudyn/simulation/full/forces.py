@@ -235,7 +235,7 @@ class CoupledMass:
 
 
 def add_forces(mbs: Any, nodes: Sequence[int], forces: Forces, mass: Any, now: Callable[[], Instant]) -> int:
-    """Add the object through which ``forces`` act on ``nodes``, which must be all of the system's, in the kernel's
+    """Add the object through which ``forces`` act on ``nodes``, which must be the system's first, in the kernel's
     order.
 
     mass : what the object adds to the mass matrix at the start (``CoupledMass``); to be renewed every step.
@@ -248,7 +248,7 @@ def add_forces(mbs: Any, nodes: Sequence[int], forces: Forces, mass: Any, now: C
     data = mbs.systemData
 
     def jacobian(_mbs: Any, _t: float, _item: int, _q: Any, _v: Any, by_place: float, by_rate: float) -> Any:
-        q, v = data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
+        q, v = data.GetODE2Coordinates(copy=False)[:size], data.GetODE2Coordinates_t(copy=False)[:size]
         matrix = exu.MatrixContainer()
         matrix.SetWithSparseMatrix(forces.triplets(q, v, now(), by_place, by_rate), size, size)
         return matrix
@@ -258,6 +258,7 @@ def add_forces(mbs: Any, nodes: Sequence[int], forces: Forces, mass: Any, now: C
     item = int(
         mbs.AddObject(
             ObjectGenericODE2(
+                name="snow_and_air",
                 nodeNumbers=list(nodes),
                 massMatrix=mass,
                 stiffnessMatrix=nothing,
@@ -269,7 +270,7 @@ def add_forces(mbs: Any, nodes: Sequence[int], forces: Forces, mass: Any, now: C
     )
 
     def before_residual(_mbs: Any, _t: float, _iteration: int, _discontinuous: int) -> bool:
-        q, v = data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
+        q, v = data.GetODE2Coordinates(copy=False)[:size], data.GetODE2Coordinates_t(copy=False)[:size]
         mbs.SetObjectParameter(item, "forceVector", forces.evaluate(q, v, now()))
         return True
 

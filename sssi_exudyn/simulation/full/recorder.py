@@ -65,8 +65,9 @@ class Record:
         row = len(self.time)
         if row == self._states.shape[1]:  # the solver has cut steps
             self._states = np.concatenate([self._states, np.empty_like(self._states)], axis=1)
-        self._states[0, row] = self._data.GetODE2Coordinates(copy=False)
-        self._states[1, row] = self._data.GetODE2Coordinates_t(copy=False)
+        own = self._states.shape[2]  # a system that was changed in Exudyn has further coordinates after these
+        self._states[0, row] = self._data.GetODE2Coordinates(copy=False)[:own]
+        self._states[1, row] = self._data.GetODE2Coordinates_t(copy=False)[:own]
         self.time.append(t)
         self.pull.append(np.array(self._data.GetODE2Coordinates_tt(copy=False)[:3]))
         multipliers = np.asarray(self._data.GetAECoordinates(copy=False))

@@ -70,7 +70,7 @@ def simulate(
     run.record.solver |= {"wall_s": clock.perf_counter() - begin, "backend": choose_backend(backend)}
     result = result_from_record(run.parts, run.posture, run.system, run.record)
     if problem:
-        raise _divergence(run, problem, result)
+        raise divergence(run, problem, result)
     return result
 
 
@@ -81,7 +81,7 @@ def antenna_path(model: Model, motion: Motion) -> tuple[Array, Array]:
     """
     run, problem = integrate(model, motion)
     if problem:
-        raise _divergence(run, problem, result_from_record(run.parts, run.posture, run.system, run.record))
+        raise divergence(run, problem, result_from_record(run.parts, run.posture, run.system, run.record))
     time = np.array(run.record.time)
     turn = run.record.turn(up_in_slope(model.inclination)).matrices()
     return time, run.record.q[:, :3] + turned(turn, antenna_offset(run.parts.motion, time)[0])
@@ -102,9 +102,27 @@ def integrate(
     Where edges cut the snow, steps are ``CARVED_STEP`` at most.  Raises InputError for another back end than the
     fastest there, and elsewhere for a heading that is to be found.
     """
-    check_heading(model.heading, model.terms)
     # the constraints of the tree's angles would ring with every change of the heading's acceleration
     tree = tree and not model.heading.is_found
+    run = set_up(model, motion, start=start, stop=stop, tree=tree, backend=backend, progress=progress)
+    try:
+        return run, run.solve()
+    finally:
+        run.system.release()
+
+
+def set_up(
+    model: Model,
+    motion: Motion,
+    *,
+    start: float | None = None,
+    stop: float | None = None,
+    tree: bool = False,
+    backend: Backend = "fastest",
+    progress: Progress | None = None,
+) -> FullRun:
+    """Return a run that stands at its start, settled on the snow, as ``integrate`` begins with it."""
+    check_heading(model.heading, model.terms)
     parts = Parts(model, correct_motion(model, motion))
     t0 = motion.start if start is None else start
     t1 = motion.stop if stop is None else stop
@@ -120,13 +138,11 @@ def integrate(
     coordinates = settle(parts, posture, pelvis, velocity)
     run = FullRun(parts, build(parts, posture, coordinates[:3], tree=tree, backend=backend), posture, progress)
     run.start_from(coordinates, velocity)
-    try:
-        return run, run.solve()
-    finally:
-        run.system.release()
+    return run
 
 
-def _divergence(run: FullRun, problem: str, result: SimulationResult) -> SimulationDiverged:
+def divergence(run: FullRun, problem: str, result: SimulationResult) -> SimulationDiverged:
+    """Return the error of a run that ``problem`` stopped, with what stands out at its end."""
     return SimulationDiverged(float(result.time[-1]), f"{problem}; {_last_state(run.parts, result)}", result)
 
 
@@ -196,16 +212,17 @@ def _rest(system: System, parts: Parts) -> Array:
     next time.
     """
     steps = CARVED_SETTLING_STEPS if parts.is_carved else SETTLING_STEPS
-    settings = _settings(parts.model, 0.0, SETTLING, steps)
+    settings = solver_settings(parts.model, 0.0, SETTLING, steps)
     settings.timeIntegration.generalizedAlpha.spectralRadius = 0.0
-    if _solve(system.mbs, settings, exu.MainSolverImplicitSecondOrder()):
+    if solve_system(system.mbs, settings, exu.MainSolverImplicitSecondOrder()):
         raise SimulationDiverged(system.now.time, "the skier does not come to rest on the snow at the start")
     displaced = np.array(system.mbs.systemData.GetODE2Coordinates())
     system.mbs.systemData.SetODE2Coordinates(displaced, exu.ConfigurationType.Initial)
     return displaced
 
 
-def _settings(model: Model, start: float, stop: float, steps: int) -> Any:
+def solver_settings(model: Model, start: float, stop: float, steps: int) -> Any:
+    """Return Exudyn's settings of an integration from ``start`` to ``stop`` (s), which writes nothing."""
     solver = model.solver
     settings = exu.SimulationSettings()
     integration = settings.timeIntegration
@@ -226,7 +243,7 @@ def _settings(model: Model, start: float, stop: float, steps: int) -> Any:
     return settings
 
 
-def _solve(mbs: Any, settings: Any, solver: Any) -> str:
+def solve_system(mbs: Any, settings: Any, solver: Any) -> str:
     """Solve; return "" or what stopped the solver.
 
     Exudyn wraps whatever is raised in a callback into an error of its own, an interrupt from the keyboard too.
@@ -284,16 +301,17 @@ class FullRun:
     def solve(self) -> str:
         """Integrate to the end; "" or what went wrong."""
         mbs, model = self.system.mbs, self.parts.model
-        mbs.SetPreStepUserFunction(self._before)
-        mbs.SetPostStepUserFunction(self._after)
+        mbs.SetPreStepUserFunction(self.before_step)
+        mbs.SetPostStepUserFunction(self.after_step)
         steps = len(self.posture.time) - 1
-        settings = _settings(model, self._t0, float(self.posture.time[-1]), steps)
+        settings = solver_settings(model, self._t0, float(self.posture.time[-1]), steps)
         solver = exu.MainSolverImplicitSecondOrder()
-        problem = _solve(mbs, settings, solver)
+        problem = solve_system(mbs, settings, solver)
         self.record.statistics(solver)
         return problem
 
-    def _before(self, _mbs: Any, t: float) -> bool:
+    def before_step(self, _mbs: Any, t: float) -> bool:
+        """Bring the posture, and what the skis left in the snow, to ``t`` (s), the end of the step to be solved."""
         row = round((t - self._t0) / self._step)
         posture = self.posture
         if not (row < len(posture.time) and abs(t - posture.time[row]) < 1e-9):  # the solver has cut the step
@@ -304,7 +322,8 @@ class FullRun:
         self.system.forces.bring_memory(max(t - self._accepted, 0.0))
         return True
 
-    def _after(self, _mbs: Any, t: float) -> bool:
+    def after_step(self, _mbs: Any, t: float) -> bool:
+        """Keep the state and the forces at ``t`` (s), the end of a step."""
         self.record.take(t)
         self.record.keep_forces(self.system.now)
         if self._heading is not None:

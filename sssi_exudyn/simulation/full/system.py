@@ -21,6 +21,7 @@ from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.full.carved_forces_kernel import GIVING
 from sssi_exudyn.simulation.full.forces import CarvedForces, CoupledMass, Forces, add_forces
 from sssi_exudyn.simulation.posture_table import PostureTable
+from sssi_exudyn.simulation.result import SIDES
 from sssi_exudyn.simulation.ski_on_snow.structs import Carrier, Instant
 
 _OF_MOVEMENT: Final = (
@@ -36,6 +37,7 @@ def instant(posture: PostureTable, row: int, *, standing: bool = False) -> Insta
 
 HELD: Final = (0, 1, 2, 4, 5, 6)
 """Coordinates of the node at the boot that are clamped."""
+_HELD_NAMES: Final = ("x", "y", "z", "roll", "pitch", "yaw")
 FREE: Final = -1
 
 
@@ -114,19 +116,22 @@ def build(
         )
     else:
         skeleton = add_carried_mass(mbs, parts.body_mass, gravity, pelvis)
-    ground = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=mbs.AddNode(NodePointGround()), coordinate=0))
+    fixed = mbs.AddNode(NodePointGround(name="ground_of_skis"))
+    ground = mbs.AddMarker(MarkerNodeCoordinate(name="ground_of_skis", nodeNumber=fixed, coordinate=0))
     nodes, clamps = [skeleton.node], []
     frame = np.eye(4)
     frame[:3, 3] = parts.ski_in_foot
-    for _ in range(2):
-        ski = add_ski_beam(mbs, parts.mesh, frame, np.zeros(3), np.zeros(3), damped=False)
+    for side in SIDES:
+        still = np.zeros(3)
+        ski = add_ski_beam(mbs, parts.mesh, frame, still, still, damped=False, name=f"{side}_ski")
         middle = ski.nodes[parts.mesh.clamped]
         giving = GIVING if parts.is_carved else ()
-        clamps.append(tuple(FREE if c in giving else _fix(mbs, ground, middle, c, 0.0) for c in HELD))
+        names = {c: f"{side}_binding_{word}" for c, word in zip(HELD, _HELD_NAMES, strict=True)}
+        clamps.append(tuple(FREE if c in giving else _fix(mbs, ground, (middle, c), 0.0, names[c]) for c in HELD))
         nodes += ski.nodes
     if standing:
-        for coordinate in range(2):
-            _fix(mbs, ground, skeleton.node, coordinate, float(pelvis[coordinate]))
+        for coordinate, axis in enumerate("fl"):
+            _fix(mbs, ground, (skeleton.node, coordinate), float(pelvis[coordinate]), f"pelvis_{axis}")
     ref = np.concatenate([np.asarray(mbs.GetNode(node)["referenceCoordinates"], dtype=np.float64) for node in nodes])
     terms = [term for term in parts.model.terms if not standing or term.kind in ("point", "edge", "terrain")]
     carrier = Carrier(skeleton.sign, np.array(list(parts.areas.values())), gravity)
@@ -148,7 +153,7 @@ def build(
     return system
 
 
-def _fix(mbs: Any, ground: int, node: int, coordinate: int, value: float) -> int:
-    """Hold one coordinate of a node, reference not counted, at ``value``."""
-    marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
-    return int(mbs.AddObject(CoordinateConstraint(markerNumbers=[ground, marker], offset=value)))
+def _fix(mbs: Any, ground: int, held: tuple[int, int], value: float, name: str) -> int:
+    """Hold one coordinate of a node, reference not counted, at ``value``; ``held`` is the node and the coordinate."""
+    marker = mbs.AddMarker(MarkerNodeCoordinate(name=name, nodeNumber=held[0], coordinate=held[1]))
+    return int(mbs.AddObject(CoordinateConstraint(name=name, markerNumbers=[ground, marker], offset=value)))
