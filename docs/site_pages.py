@@ -179,7 +179,7 @@ def make_gallery() -> None:
 
     import sssi_exudyn
     from sssi_exudyn import commands
-    from sssi_exudyn.reports import plots
+    from sssi_exudyn.reports import figures, plots
     from sssi_exudyn.reports.section import Panels
     from sssi_exudyn.reports.sections.curve_figures import figure_5, figure_8
     from sssi_exudyn.reports.sections.track_figures import figure_6
@@ -192,13 +192,15 @@ def make_gallery() -> None:
     def save(name: str, draw: Callable[[Any], object], size: tuple[float, float] = (7.0, 3.6)) -> None:
         figure, axes = plt.subplots(figsize=size, layout="constrained")
         draw(axes)
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(frameon=False)
         figure.savefig(MADE / f"{name}.png", dpi=110)
         plt.close(figure)
 
     sssi_exudyn.inspect(example, MADE / "inspect.png")
     commands.terrain(example, None, MADE / "terrain.png")
-    save("track", run.plot_track)
-    save("loads", run.plot_loads)
+    save("track", partial(figures.draw_track, run.stored))
+    save("loads", partial(figures.draw_loads, run.stored))
     for name, section in (("from_above", figure_6), ("angles", figure_5), ("moments", figure_8)):
         (block,) = [block for block in section([run.stored]).blocks if isinstance(block, Panels)]
         save(name, partial(draw_panel, block), (5.0, 6.0) if name == "from_above" else (7.0, 3.6))

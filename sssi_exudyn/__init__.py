@@ -16,7 +16,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
-from sssi_exudyn.api.catalogue import terms, turn, use_plugin
+from sssi_exudyn.api.catalogue import data_dictionary, hypotheses, identify, terms, turn, use_plugin
 from sssi_exudyn.api.diagnosis import diagnose, diagnose_day
 from sssi_exudyn.api.muscles import muscles
 from sssi_exudyn.api.recordings import example, import_day, import_files, inspect, read_recording
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from sssi_exudyn.api.exudyn_model import ExudynModel
     from sssi_exudyn.api.result import Result
     from sssi_exudyn.api.sweep_result import SweepResult
+    from sssi_exudyn.bodies.ski.identification import IdentifiedSki
+    from sssi_exudyn.bodies.ski.ski import Ski
     from sssi_exudyn.contact.conformance import check_term
     from sssi_exudyn.contact.term import BodyTerm, FootTerm, PointTerm, SegmentTerm, TerrainTerm, WindTerm
     from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
@@ -48,6 +50,7 @@ __all__ = [
     "ExudynModel",
     "FixReader",
     "FootTerm",
+    "IdentifiedSki",
     "InputError",
     "Model",
     "MotionReader",
@@ -56,6 +59,7 @@ __all__ = [
     "Result",
     "SegmentTerm",
     "SimulationDiverged",
+    "Ski",
     "SssiError",
     "SteadyLaw",
     "Summary",
@@ -64,10 +68,13 @@ __all__ = [
     "WindTerm",
     "build",
     "check_term",
+    "data_dictionary",
     "diagnose",
     "diagnose_day",
     "example",
     "fit",
+    "hypotheses",
+    "identify",
     "import_day",
     "import_files",
     "inspect",
@@ -94,6 +101,7 @@ _ELSEWHERE: Final = {
     "ExudynModel": "api.exudyn_model",
     "FixReader": "recording.instruments.gps",
     "FootTerm": "contact.term",
+    "IdentifiedSki": "bodies.ski.identification",
     "InputError": "core.errors",
     "Model": "model.model",
     "MotionReader": "importing.motion_formats",
@@ -102,6 +110,7 @@ _ELSEWHERE: Final = {
     "Result": "api.result",
     "SegmentTerm": "contact.term",
     "SimulationDiverged": "core.errors",
+    "Ski": "bodies.ski.ski",
     "SssiError": "core.errors",
     "SteadyLaw": "validation.diagnosis.hypotheses.hypothesis",
     "Summary": "results.summary",

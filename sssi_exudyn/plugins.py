@@ -11,15 +11,16 @@ import inspect
 import sys
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from sssi_exudyn.contact.registry import add_term
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.runtime.plugins import Plugin, load, note
+from sssi_exudyn.runtime.plugins import load, note
 
 
-def use_plugin(what: str | Path | object) -> Plugin:
-    """Run a plug-in and register what it offers.
+def use_plugin(what: str | Path | object) -> dict[str, Any]:
+    """Run a plug-in, register what it offers, and return that by name.
 
     Parameters
     ----------
@@ -28,21 +29,27 @@ def use_plugin(what: str | Path | object) -> Plugin:
     Raises InputError where its code fails, where it offers nothing, or where a name is taken.
     """
     if isinstance(what, str | Path):
-        plugin, offered = load(what)
-        if sum(_add(part, str(what)) for part in offered) == 0:
+        used = {_name_of(part): part for part in load(what) if _add(part, str(what))}
+        if not used:
             problem = "it offers no force term, hypothesis or reader"
             raise InputError(what, "", problem, "derive a class from FootTerm or SteadyLaw, or make a MotionReader")
-        return plugin
+        return used
     if not _add(what, repr(what)):
         problem = "neither a force term nor a hypothesis nor a reader"
         raise InputError(repr(what), "", problem, "derive it from FootTerm or SteadyLaw, or make a MotionReader")
-    return note(what if inspect.isclass(what) else type(what))
+    note(what if inspect.isclass(what) else type(what))
+    return {_name_of(what): what}
 
 
 def use_plugins(several: Iterable[str | Path]) -> None:
     """Call ``use_plugin`` for each."""
     for what in several:
         use_plugin(what)
+
+
+def _name_of(part: object) -> str:
+    """Return a class's name, or the ending of the files that a reader reads."""
+    return str(getattr(part, "__name__", None) or getattr(part, "suffix", "")) or repr(part)
 
 
 def _add(offered: object, source: str) -> bool:

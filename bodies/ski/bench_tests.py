@@ -1,4 +1,4 @@
-"""Measurements on a ski: outline scan, weight, three-point bending and free vibration (paper 2.2.2).
+"""Measurements on a ski: outline scan, weight, three-point bending, torsion and free vibration (paper 2.2.2).
 
 A folder holds ``bench.toml`` and the tests' tables::
 
@@ -17,14 +17,20 @@ A folder holds ``bench.toml`` and the tests' tables::
     load_m = 0.8
     right_m = 1.4
 
+    [torsion]                     # may be left out.  CSV: moment_Nm, twist_deg, between the clamp and the moment
+    file = "torsion.csv"
+    clamp_m = 0.8                 # where the ski is held and where it is twisted, from the tail
+    load_m = 1.4
+
     [vibration]                   # CSV: time_s, signal (any unit) of the tip, the ski held at half its length
     file = "vibration.csv"
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -36,12 +42,15 @@ from sssi_exudyn.io.files import inside
 from sssi_exudyn.io.settings import name_of, read_toml
 from sssi_exudyn.io.table import read_table
 
+FILE: Final = "bench.toml"
+
 
 @dataclass(frozen=True)
 class Measurements:
     """The measured data.  Places are metres from the tail; arrays are one-dimensional.
 
     scan_place, width, thickness, height (k,) m; force (n,) N; deflection (n,) m; time (m,) s; signal (m,) any unit
+    moment, twist : (j,) N m, rad; empty without a torsion test
     """
 
     name: str
@@ -53,6 +62,8 @@ class Measurements:
     deflection: Array
     time: Array
     signal: Array
+    moment: Array = field(default_factory=lambda: np.zeros(0))
+    twist: Array = field(default_factory=lambda: np.zeros(0))
     mass: float = quantity(1.75, "kg", low=0.2, high=10.0, source="balance", meaning="the ski alone")
     mass_sigma: float = quantity(0.005, "kg", low=0.0, high=0.5, source="balance", meaning="its standard deviation")
     boot_centre: float = quantity(0.76, "m", low=0.1, high=2.0, source="ruler", meaning="from the tail")
@@ -62,12 +73,14 @@ class Measurements:
     left: float = quantity(0.2, "m", low=0.0, high=3.0, source="ruler", meaning="rear support")
     load: float = quantity(0.8, "m", low=0.0, high=3.0, source="ruler", meaning="place of the force")
     right: float = quantity(1.4, "m", low=0.0, high=3.0, source="ruler", meaning="front support")
+    twist_clamp: float = quantity(0.8, "m", low=0.0, high=3.0, source="ruler", meaning="where torsion is held")
+    twist_load: float = quantity(1.4, "m", low=0.0, high=3.0, source="ruler", meaning="where the moment acts")
 
 
 def read_measurements(folder: str | Path) -> Measurements:
     """Read ``bench.toml`` and its tables.  Raises InputError."""
     folder = Path(folder)
-    file = inside(folder, "bench.toml", folder / "bench.toml", "")
+    file = inside(folder, FILE, folder / FILE, "")
     settings = dict(read_toml(file))
     sections = {name: _section(settings, name, file) for name in ("scan", "bending", "vibration")}
     scan = _columns(folder, sections["scan"], file, "scan", ("from_tail_mm", "width_mm", "thickness_mm", "height_mm"))
@@ -90,6 +103,12 @@ def read_measurements(folder: str | Path) -> Measurements:
     values |= {
         key: _number(sections["bending"], f"{key}_m", 1.0, file, "[bending]") for key in ("left", "load", "right")
     }
+    if "torsion" in settings:
+        section = _section(settings, "torsion", file)
+        values["moment"], degrees = _columns(folder, section, file, "torsion", ("moment_Nm", "twist_deg"))
+        values["twist"] = np.radians(degrees)
+        for key in ("clamp", "load"):
+            values[f"twist_{key}"] = _number(section, f"{key}_m", 1.0, file, "[torsion]")
     measured = build_checked(Measurements, values, file, "")
     _check(measured, file)
     return measured
@@ -105,6 +124,9 @@ def _check(measured: Measurements, file: Path) -> None:
     length = measured.scan_place[-1] - measured.scan_place[0]
     if not 0.0 <= measured.left < measured.load < measured.right <= length:
         raise InputError(file, "[bending]", "left, load and right are not in order on the ski", "measure from the tail")
+    places = sorted((measured.twist_clamp, measured.twist_load))
+    if len(measured.moment) and not 0.0 <= places[0] < places[1] <= length:
+        raise InputError(file, "[torsion]", "clamp and load are not two places on the ski", "measure from the tail")
     if not np.all(np.diff(measured.time) > 0.0):
         raise InputError(file, "[vibration]", "time does not rise", "sort the table by time_s")
 

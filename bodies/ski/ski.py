@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,14 +18,18 @@ from numpy.typing import ArrayLike
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import build_checked, quantities, quantity
-from sssi_exudyn.core.text import one_line
+from sssi_exudyn.core.text import did_you_mean, one_line
 from sssi_exudyn.io.files import inside
 from sssi_exudyn.io.settings import read_toml
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 CATALOGUE: Final = Path(__file__).with_name("skis.toml")
 KINDS: Final = ("linear", "flat_at_start", "flat_at_end")
 PROFILES: Final = {"width": (20.0, 300.0), "thickness": (1.0, 60.0), "height": (-50.0, 400.0)}
 """The profiles of a ski and the bounds of their values (mm): wide enough for snowboards, too narrow for metres."""
+_UNCERTAINTY: Final = "uncertainty"
 _GAUSS_S, _GAUSS_W = np.polynomial.legendre.leggauss(8)
 
 
@@ -77,8 +81,25 @@ class Profile:
 
 
 @dataclass(frozen=True)
+class SkiUncertainty:
+    """Standard errors of a ski's stiffness as shares of it, such as its bench tests gave them."""
+
+    bending: float = quantity(0.0, "1", low=0.0, high=0.5, source="bench tests", meaning="of EI, all along the ski")
+    torsion: float = quantity(0.0, "1", low=0.0, high=0.5, source="bench tests", meaning="of GJ, all along the ski")
+
+
+@dataclass(frozen=True)
 class Ski:
-    """One ski: three profiles and the numbers of its material (SI)."""
+    """One ski: three profiles and the numbers of its material (SI).
+
+    uncertainty : standard errors of its stiffness; None where they are not known
+
+    Examples
+    --------
+    >>> ski = sssi_exudyn.Ski.load("slalom_165")
+    >>> ski.sidecut_radius(), ski.bending_stiffness(0.5)
+    >>> ski.curves().plot("ahead_of_boot_m", "bending_stiffness_Nm2")
+    """
 
     name: str
     source: str
@@ -98,6 +119,71 @@ class Ski:
     damping_ratio: float = quantity(
         0.05, "1", low=0.0, high=0.5, source="slalom_165", meaning="of critical, in the first bending modes, clamped"
     )
+    uncertainty: SkiUncertainty | None = None
+
+    @staticmethod
+    def names() -> tuple[str, ...]:
+        """Return the names of the skis that come with the program.
+
+        Examples
+        --------
+        >>> sssi_exudyn.Ski.names()
+        """
+        return catalogue()
+
+    @staticmethod
+    def load(ski: str | Path) -> Ski:
+        """Return a ski of the catalogue by its name, or the one ski in a .toml file.
+
+        Raises InputError for an unknown name, with the nearest one, and for a file that is no ski.
+
+        Examples
+        --------
+        >>> sssi_exudyn.Ski.load("my_ski.toml").mass
+        """
+        return ski_named(str(ski), Path(), "Ski.load", "ski")
+
+    def sidecut_radius(self) -> float:
+        """Return the radius (m) of the circle through the edge at the widest place behind, the waist, and the widest
+        place ahead.
+
+        It is the radius that makers print on a ski, up to where they take the widths (ISO 6289).
+        """
+        behind, waist, ahead = self.widest_and_waist()
+        points = [np.array([float(self.x_of_s(s)), 0.5 * float(self.width(s))]) for s in (behind, waist, ahead)]
+        sides = [float(np.linalg.norm(points[i] - points[i - 1])) for i in range(3)]
+        (x, y), (u, v) = points[1] - points[0], points[2] - points[0]
+        area = 0.5 * abs(x * v - y * u)
+        return float("inf") if area == 0.0 else sides[0] * sides[1] * sides[2] / (4.0 * area)
+
+    def widest_and_waist(self) -> tuple[float, float, float]:
+        """Return the places s of the greatest width behind the waist, of the waist, and of the greatest width ahead."""
+        s = np.linspace(0.0, 1.0, 2001)
+        width = self.width(s)
+        waist = int(np.argmin(np.where((s > 0.2) & (s < 0.8), width, np.inf)))
+        return float(s[np.argmax(width[:waist])]), float(s[waist]), float(s[waist + np.argmax(width[waist:])])
+
+    def curves(self, points: int = 201) -> pd.DataFrame:
+        """Return the ski's curves along its length, one row a place.
+
+        Columns: ``s_1`` (0 at the tail, 1 at the tip), ``ahead_of_boot_m``, ``width_m``, ``thickness_m``, ``height_m``
+        of the running surface, ``bending_stiffness_Nm2`` (EI), ``torsional_stiffness_Nm2`` (GJ),
+        ``mass_per_length_kgpm``.
+        """
+        import pandas as pd  # here: a simulation needs no table
+
+        s = np.linspace(0.0, 1.0, points)
+        columns = {
+            "s_1": s,
+            "ahead_of_boot_m": self.x_of_s(s),
+            "width_m": self.width(s),
+            "thickness_m": self.thickness(s),
+            "height_m": self.height(s),
+            "bending_stiffness_Nm2": self.bending_stiffness(s),
+            "torsional_stiffness_Nm2": self.torsional_stiffness(s),
+            "mass_per_length_kgpm": self.mass_per_length(s),
+        }
+        return pd.DataFrame(columns)
 
     def s_of_x(self, x: ArrayLike) -> Array:
         """Return s at x metres ahead of the boot centre."""
@@ -193,6 +279,20 @@ def read_ski(name_or_path: str, folder: str | Path, named_in: Path | None = None
     return ski_from_table(name, table, path)
 
 
+def ski_named(name: str, folder: Path, file: str | Path, place: str) -> Ski:
+    """Return a ski of the catalogue, or the one ski in a .toml file, whose path counts from ``folder``.
+
+    Raises InputError, at ``place`` of ``file`` for a name that is neither.
+    """
+    if name in catalogue():
+        return read_ski(name, folder)
+    if not name.endswith(".toml"):
+        fix = f"{did_you_mean(name, catalogue())}, or give the path of a .toml file"
+        raise InputError(file, place, f"no ski is called {name!r}", fix)
+    path = folder / name
+    return read_ski(path.name, path.parent, path)
+
+
 def ski_from_table(name: str, table: object, file: str | Path) -> Ski:
     """Read a ski from its table (see ``skis.toml``); the inverse of ``ski_to_table``.  Raises InputError."""
     place = f"[{name}]"
@@ -205,10 +305,12 @@ def ski_from_table(name: str, table: object, file: str | Path) -> Ski:
             numbers[key] = _profile(value, key, file, f"[{name}.{key}]")
         elif key == "source":
             numbers[key] = one_line(value, 500)
+        elif key == _UNCERTAINTY:
+            numbers[key] = _uncertainty(value, file, f"[{name}.{key}]")
         elif key in keys:
             numbers[keys[key]] = value
         else:
-            wanted = ", ".join([*keys, "source", *PROFILES])
+            wanted = ", ".join([*keys, "source", *PROFILES, _UNCERTAINTY])
             raise InputError(file, f"{place} {key}", "unknown key", f"use one of: {wanted}")
     for key in [*keys, "source", *PROFILES]:
         if keys.get(key, key) not in numbers:
@@ -227,12 +329,20 @@ def ski_to_table(ski: Ski) -> dict[str, object]:
         profile: Profile = getattr(ski, name)
         millimetres = [round(1e3 * value, 9) for value in profile.value]
         table[name] = {"s": list(profile.s), "mm": millimetres, "between": list(profile.between)}
+    if ski.uncertainty is not None:
+        table[_UNCERTAINTY] = {"bending": ski.uncertainty.bending, "torsion": ski.uncertainty.torsion}
     return table
 
 
 def _number_keys() -> dict[str, str]:
     """Map each key in a file to its field: the field's name with its unit."""
     return {name if q.unit == "1" else f"{name}_{q.unit}": name for name, q in quantities(Ski).items()}
+
+
+def _uncertainty(table: object, file: str | Path, place: str) -> SkiUncertainty:
+    if not isinstance(table, Mapping) or set(table) != {"bending", "torsion"}:
+        raise InputError(file, place, "it has exactly the keys bending and torsion", "give shares such as 0.02")
+    return build_checked(SkiUncertainty, dict(table), file, place)
 
 
 def _profile(table: object, name: str, file: str | Path, place: str) -> Profile:

@@ -8,9 +8,10 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Final, TypeAlias, TypeVar
 
 from sssi_exudyn.core.command_line import Argument, Option, PythonOnly
+from sssi_exudyn.core.errors import InputError
 
 if TYPE_CHECKING:
     from sssi_exudyn.api.result import Result
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.runtime.progress import Progress
 
 _MOST_WORKERS: Final = 10_000
+T = TypeVar("T")
 
 
 def read_count(text: str) -> int:
@@ -69,13 +71,29 @@ def path_of(path: AnyPath | None) -> Path | None:
 
 
 def recording_of(given: Recording | AnyPath) -> Path | Recording:
-    """Return the recording, or the path of its folder."""
-    return Path(given) if isinstance(given, str | os.PathLike) else given
+    """Return the recording, or the path of its folder.  Raises InputError for anything else."""
+    if isinstance(given, str | os.PathLike):
+        return Path(given)
+    from sssi_exudyn.recording.recording import Recording
+
+    return _of_type(given, Recording, "recording")
 
 
 def model_in(given: Model | AnyPath | None) -> Path | Model | None:
-    """Return the model, or the path of its file."""
-    return Path(given) if isinstance(given, str | os.PathLike) else given
+    """Return the model, or the path of its file.  Raises InputError for anything else."""
+    if given is None or isinstance(given, str | os.PathLike):
+        return None if given is None else Path(given)
+    from sssi_exudyn.model.model import Model
+
+    return _of_type(given, Model, "model")
+
+
+def _of_type(given: object, kind: type[T], name: str) -> T:
+    """Return an argument of the type that it must have.  Raises InputError for another."""
+    if isinstance(given, kind):
+        return given
+    fix = f"give a {kind.__name__}, or the path of one"
+    raise InputError("argument", name, f"a {type(given).__name__} is no {name}", fix)
 
 
 def use_plugins(plugins: Sequence[AnyPath]) -> None:

@@ -8,10 +8,13 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from sssi_exudyn.api.arguments import AnyPath, ProgressWanted, path_of
 from sssi_exudyn.core.command_line import Argument, Option
+
+if TYPE_CHECKING:
+    from sssi_exudyn.bodies.ski.identification import IdentifiedSki
 
 
 def terms() -> list[dict[str, str | float]]:
@@ -28,9 +31,39 @@ def terms() -> list[dict[str, str | float]]:
     return commands.terms()
 
 
+def hypotheses() -> list[dict[str, str | float]]:
+    """List every hypothesis of the diagnosis.
+
+    A row is a hypothesis: its name, what it adds to the model, its share of the prior probability, its origin (built
+    in, or a plug-in), and what it proposes.
+
+    Examples
+    --------
+    >>> pandas.DataFrame(sssi_exudyn.hypotheses())
+    """
+    from sssi_exudyn import commands
+
+    return commands.hypotheses()
+
+
+def data_dictionary() -> list[dict[str, str]]:
+    """List every column of a result's tables.
+
+    A row is a column: file, name, unit, frame, meaning.  A result's ``columns.csv`` lists those that it has.
+
+    Examples
+    --------
+    >>> columns = pandas.DataFrame(sssi_exudyn.data_dictionary())
+    >>> columns[columns["name"] == "pelvis_f_m"]
+    """
+    from sssi_exudyn import commands
+
+    return commands.data_dictionary()
+
+
 def turn(
     skis: Annotated[str | Sequence[str], Argument("SKI", count="+")],
-    edge: Annotated[str, Option(metavar="DEG")] = "30:70",
+    edge: Annotated[str | float | Sequence[float], Option(metavar="DEG", read=str)] = "30:70",
     speed: Annotated[float, Option(metavar="M/S")] = 10.0,
     *,
     load: Annotated[float, Option(metavar="N")] = 700.0,
@@ -44,7 +77,7 @@ def turn(
     Parameters
     ----------
     skis : a ski of the catalogue, or a file with one.  Python takes one or several.
-    edge : edge angles in degrees: 60, or 30,45,60, or FROM:TO[:STEP]
+    edge : edge angles in degrees: 60, or 30,45,60, or FROM:TO[:STEP].  Python takes numbers too.
     speed : of the ski, in m/s
     load : along the snow's normal, in N
     page : a page that sets the skis side by side (.html)
@@ -65,36 +98,47 @@ def turn(
 
 
 def identify(
-    folder: Annotated[AnyPath, Argument("FOLDER", Path)], out: Annotated[AnyPath, Option(metavar="TOML")] | None = None
-) -> list[dict[str, str | float]]:
-    """Identify stiffness, density and damping from bench tests.
+    folder: Annotated[AnyPath, Argument("FOLDER", Path)],
+    out: Annotated[AnyPath, Option(metavar="TOML")] | None = None,
+    *,
+    report: Annotated[AnyPath, Option(metavar="PAGE")] | None = None,
+) -> IdentifiedSki:
+    """Identify stiffness, density and damping of a ski from bench tests.
 
     Parameters
     ----------
     folder : folder with bench.toml and its tables
-    out : file for the ski, which recordings can name
+    out : file for the ski, which recordings and sssi ski turn can name
+    report : a page with the tests and their fits (.html)
 
-    Returns a row a number, with its 95 % interval.  Raises InputError for bench tests that cannot be used.
+    Returns the ski, and each number with its 95 % interval.  Raises InputError for bench tests that cannot be used.
+
+    Examples
+    --------
+    >>> identified = sssi_exudyn.identify("bench", "my_ski.toml")
+    >>> identified.ski.sidecut_radius(), identified.young_modulus.low
     """
     from sssi_exudyn import commands
 
-    return commands.identify(Path(folder), path_of(out))
+    return commands.identify(Path(folder), path_of(out), path_of(report))
 
 
-def use_plugin(plugin: AnyPath | object) -> None:
-    """Put other people's force terms, hypotheses and readers to use; their code is run.
+def use_plugin(plugin: AnyPath | object) -> dict[str, Any]:
+    """Put other people's force terms, hypotheses and readers to use, and return them by name; their code is run.
 
     Parameters
     ----------
     plugin : a file that ends in .py, the name of an installed package with entry points, or a class that was defined
         here, in a notebook or a script
 
-    Raises InputError where its code fails, where it offers nothing, or where a name is taken.
+    A file may import modules that stand next to it.  Raises InputError where its code fails, where it offers nothing,
+    or where a name is taken.
 
     Examples
     --------
-    >>> sssi_exudyn.use_plugin("examples/my_snow.py")
+    >>> WetSnow = sssi_exudyn.use_plugin("examples/my_snow.py")["WetSnow"]
+    >>> sssi_exudyn.check_term(WetSnow)
     """
     from sssi_exudyn.plugins import use_plugin as use
 
-    use(os.fspath(plugin) if isinstance(plugin, os.PathLike) else plugin)
+    return use(os.fspath(plugin) if isinstance(plugin, os.PathLike) else plugin)

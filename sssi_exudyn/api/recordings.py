@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 def example(
     name: Annotated[str, Argument("NAME")], out: Annotated[AnyPath, Option(metavar="FOLDER")] | None = None
 ) -> Path:
-    """Copy a recording that comes with the program.
+    """Copy a recording, or a ski's bench tests, that come with the program.
 
     Parameters
     ----------
-    name : beginner or intermediate
+    name : beginner, intermediate, or bench for the tests of a ski
     out : the new folder (default: a folder of that name)
 
     Returns the folder.  Raises InputError for an unknown name and where something of that name is there.

@@ -8,47 +8,32 @@ from dataclasses import dataclass
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
 
 from sssi_exudyn.analysis.biomechanics import ResidualMoment, TurnFigures
+from sssi_exudyn.api.result_plots import ResultPlots
+from sssi_exudyn.api.result_tables import ResultTables, with_units
 from sssi_exudyn.commands.runs import Made, write_report
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.io.files import read_text
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.report import render_folder, write_run
-from sssi_exudyn.reports.sections.track_figures import measured_loads, measured_track
 from sssi_exudyn.reports.sentences import sentences
 from sssi_exudyn.results.folder import MUSCLES, OPENSIM, amend_result
 from sssi_exudyn.results.stored import StoredRun, read_run
 from sssi_exudyn.results.summary import Estimate, Fit, Friction, PressureRatio, Summary, Trajectory, UncertaintyFigures
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-_UNITS: Final = {
-    "m": "m",
-    "s": "s",
-    "mps": "m/s",
-    "N": "N",
-    "Nm": "N m",
-    "J": "J",
-    "deg": "degree",
-    "1": "1",
-    "activation": "1",
-    "bodyweights": "body weight",
-}
-"""Units by the last part of a column's name."""
 _LONGEST: Final = 1500
 """Characters of a sentence in a notebook's table."""
 
 
 @dataclass(frozen=True, repr=False)
-class Result:
+class Result(ResultTables, ResultPlots):
     """A result is one run with its figures, its series, its model, and what was measured.
 
     Attributes
@@ -61,7 +46,8 @@ class Result:
     --------
     >>> result = sssi_exudyn.run("examples/beginner")
     >>> result.friction.mu_t.value
-    >>> result.series.plot("time_s", ["left_load_N", "right_load_N"])
+    >>> result.plot_loads().savefig("loads.png")
+    >>> result.over_turns("left_load_N").groupby("percent").mean(numeric_only=True)
     >>> result.report("beginner.html")
     """
 
@@ -139,11 +125,6 @@ class Result:
         """Return what GPS and insoles measured, one row an instant; None where there was nothing."""
         return None if self.stored.measured is None else with_units(self.stored.measured)
 
-    @property
-    def turns(self) -> pd.DataFrame | None:
-        """Return the table of turns, one row a turn and phase; None for a result without turns."""
-        return self.stored.turn_table
-
     def save(self, folder: str | os.PathLike[str]) -> Result:
         """Write the result's folder, with its report, and return the result as it is stored there.
 
@@ -159,35 +140,6 @@ class Result:
     def report(self, file: str | os.PathLike[str]) -> Path:
         """Write the report, a page (.html) or a document to print (.pdf), and return that file's path."""
         return write_report([(self.stored, self.name)], Path(file))
-
-    def plot_track(self, axes: Axes | None = None) -> Axes:
-        """Draw the simulated track of the antenna in the slope's plane, with the GPS fixes where there are some."""
-        axes = _axes(axes)
-        run = self.stored
-        path = run.slope("antenna", "m")
-        label = "antenna, simulated"
-        if not np.all(np.isfinite(path)):
-            path, label = run.com, "centre of mass, simulated"
-        fixes = measured_track(run)
-        if fixes is not None:
-            axes.plot(*fixes.places[:, :2].T, ".", color=plots.MEASURED, label="GPS")
-        axes.plot(*path[:, :2].T, color=plots.SIMULATED, label=label)
-        axes.set_aspect("equal", adjustable="datalim")
-        axes.set(xlabel="down the fall line (m)", ylabel="to the left (m)", title=self.name)
-        axes.legend()
-        return axes
-
-    def plot_loads(self, axes: Axes | None = None) -> Axes:
-        """Draw the force square to each sole over time, with the insoles' where there are some."""
-        axes = _axes(axes)
-        insoles = measured_loads(self.stored)
-        for side, colour in (("left", plots.COLOURS[1]), ("right", plots.COLOURS[0])):
-            axes.plot(self.stored.time, self.stored.series[f"{side}_sole_N"], color=colour, label=f"{side}, simulated")
-            if insoles is not None:
-                axes.plot(insoles["time_s"], insoles[f"{side}_insole_N"], ":", color=colour, label=f"{side}, insole")
-        axes.set(xlabel="time (s)", ylabel="force square to the sole (N)", title=self.name)
-        axes.legend()
-        return axes
 
     def __repr__(self) -> str:
         figures = ", ".join(f"{name} {value}" for name, value in self._rows())
@@ -220,9 +172,17 @@ class Result:
         return rows
 
 
-def result_of(made: Made, folder: Path | None) -> Result:
-    """Return the result of a command, which ``folder`` holds if given."""
-    return Result(made.run, made.opensim, folder)
+def result_of(made: Made, folder: Path | None, *, csv: bool = False) -> Result:
+    """Return the result of a command, which ``folder`` holds if given, with ``csv`` its tables as CSV too.
+
+    Raises InputError for CSV without a folder.
+    """
+    result = Result(made.run, made.opensim, folder)
+    if csv:
+        if folder is None:
+            raise InputError("csv", "", "there is no folder to write into", "give out, or use result.to_csv")
+        result.to_csv(folder)
+    return result
 
 
 def load_result(folder: Path) -> Result:
@@ -231,24 +191,7 @@ def load_result(folder: Path) -> Result:
     return Result(read_run(folder), texts, folder)
 
 
-def with_units(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the same table, with the units of its columns of numbers in ``attrs["units"]``."""
-    described = table.copy(deep=False)
-    units = {str(name): _UNITS.get(str(name).rpartition("_")[2]) for name in table.columns}
-    described.attrs["units"] = {name: unit for name, unit in units.items() if unit is not None}
-    return described
-
-
 def _with_error(estimate: Estimate) -> str:
     if estimate.value is None:
         return "unknown"
     return f"{estimate.value:.4f}" if estimate.se is None else f"{estimate.value:.4f} ± {estimate.se:.4f}"
-
-
-def _axes(given: Axes | None) -> Axes:
-    if given is not None:
-        return given
-    import matplotlib.pyplot as plt  # here: it chooses how to show figures, which a server may not be able to
-
-    axes: Axes = plt.subplots()[1]
-    return axes

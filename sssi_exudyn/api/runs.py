@@ -83,7 +83,8 @@ def build(
     ----------
     recording : the recording: a folder with recording.toml, or a ``Recording``
     model : the model, such as a result's model.toml.  Without one friction is the default.
-    start, stop : s on the recording's clock; without them the recording's own
+    start : s on the recording's clock; without it the recording's begin
+    stop : s on the recording's clock; without it the recording's end
     terms : force terms to add, by name with their default numbers (sssi terms), or objects
     snow : friction at the foot as in the paper, or snow that edges cut.  It is ``"paper"`` or ``"carving"``.
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
@@ -119,6 +120,7 @@ def simulate(
     heading: HeadingMode | None = None,
     balanced: bool = False,
     backend: Backend = "fastest",
+    csv: bool = False,
     plugins: Plugins = (),
     progress: ProgressWanted = False,
 ) -> Result:
@@ -135,6 +137,7 @@ def simulate(
         (default: the model's, replay).  It is ``"replay"``, ``"track"`` or ``"free"``.
     balanced : on snow that edges cut: lean the whole posture slowly so that the skier is in balance (minutes)
     backend : how the force terms are evaluated
+    csv : write the result's tables as CSV too, next to Parquet
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
@@ -153,7 +156,8 @@ def simulate(
     added = terms_named(terms)
     with open_recording(recording_of(recording), path_of(out), progress_of(progress)) as work:
         chosen = choose_model(work, model_in(model), added, snow, heading)
-        return result_of(simulate_recording(work, chosen, balanced=balanced, backend=backend), work.out)
+        made = simulate_recording(work, chosen, balanced=balanced, backend=backend)
+        return result_of(made, work.out, csv=csv)
 
 
 def fit(
@@ -166,6 +170,7 @@ def fit(
     snow: Snow = "paper",
     heading: HeadingMode | None = None,
     parameters: Annotated[Sequence[str], Option("--parameter", metavar="TERM.NUMBER")] = (),
+    csv: bool = False,
     plugins: Plugins = (),
     progress: ProgressWanted = False,
 ) -> Result:
@@ -186,6 +191,7 @@ def fit(
     heading : the skier's, on snow that edges cut: as captured, held to that by a spring, or as the snow decides
         (default: the model's, replay).  It is ``"replay"``, ``"track"`` or ``"free"``.
     parameters : numbers of force terms to fit along, such as my_friction.c
+    csv : write the result's tables as CSV too, next to Parquet
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
@@ -204,7 +210,7 @@ def fit(
     added = terms_named(terms)
     with open_recording(recording_of(recording), path_of(out), progress_of(progress)) as work:
         chosen = choose_model(work, model_in(model), added, snow, heading)
-        return result_of(fit_recording(work, chosen, method=method, parameters=parameters), work.out)
+        return result_of(fit_recording(work, chosen, method=method, parameters=parameters), work.out, csv=csv)
 
 
 def run(
@@ -214,6 +220,7 @@ def run(
     terms: Terms = (),
     snow: Snow = "paper",
     heading: HeadingMode | None = None,
+    csv: bool = False,
     progress: ProgressWanted = False,
 ) -> Result:
     """Fit, simulate, validate, report.
@@ -228,6 +235,7 @@ def run(
     snow : friction at the foot as in the paper, or snow that edges cut.  It is ``"paper"`` or ``"carving"``.
     heading : the skier's, on snow that edges cut: as captured, held to that by a spring, or as the snow decides
         (default: the model's, replay).  It is ``"replay"``, ``"track"`` or ``"free"``.
+    csv : write the result's tables as CSV too, next to Parquet
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
     Examples
@@ -242,7 +250,7 @@ def run(
     source = recording_of(recording)
     whole = read_recording(source) if isinstance(source, Path) else source
     chain = simulate if whole.gps is None else fit
-    return chain(whole, out, terms=added, snow=snow, heading=heading, progress=progress)
+    return chain(whole, out, terms=added, snow=snow, heading=heading, csv=csv, progress=progress)
 
 
 def validate(

@@ -10,16 +10,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from sssi_exudyn.commands.catalogue import identify, terms
+    from sssi_exudyn.commands.catalogue import data_dictionary, hypotheses, identify, terms
     from sssi_exudyn.commands.diagnosis import diagnose_day, diagnose_known
     from sssi_exudyn.commands.examples import example
     from sssi_exudyn.commands.recordings import inspect, terrain
     from sssi_exudyn.commands.runs import report, validate
 
 __all__ = [
+    "data_dictionary",
     "diagnose_day",
     "diagnose_known",
     "example",
+    "hypotheses",
     "identify",
     "inspect",
     "report",
@@ -28,7 +30,7 @@ __all__ = [
     "validate",
 ]
 _MODULES = {
-    "catalogue": ("identify", "terms"),
+    "catalogue": ("data_dictionary", "hypotheses", "identify", "terms"),
     "diagnosis": ("diagnose_day", "diagnose_known"),
     "examples": ("example",),
     "recordings": ("inspect", "terrain"),

@@ -9,13 +9,14 @@ from typing import Final
 
 import numpy as np
 
+from sssi_exudyn.bodies.ski.ski import ski_named
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import build_checked
 from sssi_exudyn.io.writing import write_atomically
 from sssi_exudyn.reports.turn_page import turn_page
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.simulation.turns.steady_turn import TurnCase
-from sssi_exudyn.simulation.turns.turn_rig import RigPoint, rig_points, ski_named
+from sssi_exudyn.simulation.turns.turn_rig import RigPoint, rig_points
 
 _COMMAND: Final = "sssi ski turn"
 _LEAST, _MOST, _STEP = 5.0, 75.0, 10.0
@@ -64,11 +65,14 @@ def _row(point: RigPoint) -> dict[str, str | float | None]:
     }
 
 
-def edge_angles(text: str) -> list[float]:
+def edge_angles(given: str | float | Sequence[float]) -> list[float]:
     """Return the edge angles (degrees, rising) of a text such as ``60``, ``30,45,60``, ``30:70`` or ``30:70:5``.
+
+    A number and a sequence of numbers are taken too.
 
     Raises InputError for anything else, and for angles that the rig does not take.
     """
+    text = given if isinstance(given, str) else _angles_text(given)
     if not re.fullmatch(r"[0-9.]+(,[0-9.]+)*|[0-9.]+(:[0-9.]+){1,2}", text):
         raise _no_angle(text, "is no edge angle")
     try:
@@ -86,6 +90,13 @@ def edge_angles(text: str) -> list[float]:
     if not all(_LEAST <= number <= _MOST for number in numbers):
         raise _no_angle(text, f"goes beyond {_LEAST:g} to {_MOST:g} degrees")
     return sorted(set(numbers))
+
+
+def _angles_text(given: object) -> str:
+    """Return numbers of a script as the command line takes them; anything else as it reads."""
+    many = list(given) if isinstance(given, Sequence) else [given]
+    numbers = all(isinstance(one, int | float) and not isinstance(one, bool) for one in many[: _MOST_ANGLES + 1])
+    return ",".join(f"{one:.9g}" for one in many) if numbers and len(many) <= _MOST_ANGLES else str(given)
 
 
 def _no_angle(text: str, problem: str) -> InputError:

@@ -67,6 +67,15 @@ def read_parquet(
     return frame
 
 
+def column_names(path: Path) -> list[str]:
+    """Return the names of a table's columns.  Raises InputError as ``read_parquet`` does."""
+    try:
+        with open_regular(path) as file:
+            return [one_line(name, MAX_NAME) for name in pq.read_schema(file).names[:MAX_COLUMNS]]
+    except pa.ArrowException as error:
+        raise InputError(path, "", f"no table ({one_line(error)})", "run again") from None
+
+
 def read_texts(path: Path, columns: Sequence[str]) -> list[tuple[str | None, ...]]:
     """Read the rows of a table whose ``columns`` hold texts of any content; other columns are left out.
 

@@ -14,6 +14,8 @@ from sssi_exudyn.io.table import numbers
 
 GROUND_FROM_LEVEL: Final[Array] = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """Rotation from (x forward, y left, z up) to (x forward, y up, z right)."""
+_LONGEST_HEAD: Final = 1 << 16
+"""Bytes in which the names of all columns stand."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,14 @@ def storage_text(table: Storage) -> str:
     )
     rows = "\n".join("\t".join(f"{value:.13g}" for value in row) for row in table.values)
     return f"{head}{chr(9).join(table.columns)}\n{rows}\n"
+
+
+def storage_columns(path: Path) -> tuple[str, ...]:
+    """Return the names of the columns of a ``.mot`` or ``.sto``; none where its head holds none."""
+    with path.open("rb") as file:
+        lines = file.read(_LONGEST_HEAD).decode("utf-8", "replace").split("\n")
+    ends = next((i for i, line in enumerate(lines) if line.strip().lower() == "endheader"), len(lines))
+    return tuple(lines[ends + 1].split()) if ends + 1 < len(lines) else ()
 
 
 def read_storage(path: Path, text: str) -> Storage:

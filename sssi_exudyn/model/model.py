@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final, TypeVar
+from typing import Final, SupportsFloat, TypeVar
 
 import numpy as np
 
@@ -17,10 +17,11 @@ from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.term import Term, terrain_height
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.core.choices import HeadingMode
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.number_ref import number_ref, split_owner
+from sssi_exudyn.core.number_ref import NumberRef, number_ref, split_owner
 from sssi_exudyn.core.quantity import Quantity, quantities, quantity
-from sssi_exudyn.core.text import one_line
+from sssi_exudyn.core.text import did_you_mean, one_line
 from sssi_exudyn.model.faults import CaptureSensor, Sensor
 from sssi_exudyn.model.heading import REPLAY, Heading
 from sssi_exudyn.motion.correction import PostureCorrection
@@ -121,11 +122,11 @@ class Model:
         return f"<Model {one_line(self.name)}: {parts}; {np.degrees(self.inclination):.1f}° steep>"
 
     def term(self, name: str) -> Term:
-        """Return the term of that name.  Raises KeyError when the model has none."""
+        """Return the term of that name.  Raises InputError when the model has none."""
         for term in self.terms:
             if term.name == name:
                 return term
-        raise KeyError(f"the model has no term {name!r}; it has {', '.join(term.name for term in self.terms)}")
+        raise InputError("model", name, "the model has no such term", did_you_mean(name, [t.name for t in self.terms]))
 
     @property
     def friction(self) -> AnisotropicFriction:
@@ -138,15 +139,21 @@ class Model:
         """Return a declared number by its name, ``friction.mu_t`` or ``start.velocity_f``.
 
         A second term of one name is ``name#2``.  The snow surface's amounts of modes are ``surface.mode_1`` and so on.
+        Raises InputError for an unknown name.
         """
         number = number_ref(name)
-        part, key = self.owner(number.owner), number.key
-        return float(np.real(part.amounts[mode_index(key)]) if isinstance(part, Surface) else getattr(part, key))
+        part = self._checked_owner(number)
+        if isinstance(part, Surface):
+            return float(np.real(part.amounts[mode_index(number.key)]))
+        return float(np.real(getattr(part, number.key)))
 
     def about(self, name: str) -> Quantity:
-        """Return the declaration of the number of that name: unit, least and greatest value, meaning."""
+        """Return the declaration of the number of that name: unit, least and greatest value, meaning.
+
+        Raises InputError for an unknown name.
+        """
         number = number_ref(name)
-        part = self.owner(number.owner)
+        part = self._checked_owner(number)
         return replace(_MODE, name=number.key) if isinstance(part, Surface) else quantities(part)[number.key]
 
     def bounds(self, name: str) -> tuple[float, float]:
@@ -174,12 +181,14 @@ class Model:
     def with_values(self, values: Mapping[Name, complex]) -> Model:
         """Return the model with other values of declared numbers, by their names; a complex one carries a derivative.
 
-        Raises KeyError for an unknown name.
+        Raises InputError for an unknown name, with the nearest one, and for a value that is no number.
         """
         changed = self
         for name, value in values.items():
             number = number_ref(name)
-            old = changed.owner(number.owner)
+            old = changed._checked_owner(number)
+            if isinstance(value, bool) or not isinstance(value, complex | SupportsFloat):
+                raise InputError("model", str(name), f"{one_line(value)!r} is no number", "give a number")
             if isinstance(old, Surface):
                 changed = replace(changed, surface=old.with_amount(mode_index(number.key), value))
                 continue
@@ -200,7 +209,7 @@ class Model:
     def without(self, owners: Iterable[str]) -> Model:
         """Return the model without the terms and sensors of those names; a further one of a kind is ``name#2``.
 
-        Raises KeyError for an unknown one.
+        Raises InputError for an unknown one.
         """
         gone = [self.owner(name) for name in owners]
         return replace(
@@ -210,7 +219,7 @@ class Model:
         )
 
     def owner(self, name: str) -> Term | Start | Sensor | Surface:
-        """Return the term, sensor, start or surface of that name.  Raises KeyError for an unknown one."""
+        """Return the term, sensor, start or surface of that name.  Raises InputError for an unknown one."""
         if name == "start":
             return self.start
         if name == "surface" and self.surface is not None:
@@ -219,16 +228,34 @@ class Model:
         parts: tuple[Term | Sensor, ...] = (*self.terms, *self.sensors)
         matches = [part for part in parts if part.name == kind]
         if not 1 <= index <= len(matches):
-            raise KeyError(f"the model has no term {name!r}; it has {', '.join(term.name for term in self.terms)}")
+            known = [*(part.name for part in parts), "start", *(("surface",) if self.surface is not None else ())]
+            raise InputError("model", name, "the model has no such term", did_you_mean(name, known))
         return matches[index - 1]
+
+    def _checked_owner(self, number: NumberRef) -> Term | Start | Sensor | Surface:
+        """Return what has a number.  Raises InputError where the model has no such part, or that no such number."""
+        part = self.owner(number.owner)
+        if isinstance(part, Surface):
+            if not 0 <= mode_index(number.key) < len(part.amounts):
+                raise _no_mode(number.key)
+        elif number.key not in quantities(part):
+            fix = did_you_mean(str(number), [f"{number.owner}.{key}" for key in quantities(part)])
+            raise InputError("model", str(number), f"{number.owner} has no such number", fix)
+        return part
 
 
 def mode_index(key: str) -> int:
-    """Return the index of the mode that ``mode_1``, ``mode_2`` … names.  Raises KeyError for another name."""
+    """Return the index of the mode that ``mode_1``, ``mode_2`` … names.  Raises InputError for another name."""
     kind, _, count = key.partition("_")
     if kind != "mode" or not count.isdecimal() or int(count) < 1:
-        raise KeyError(f"a surface has no number {key!r}; its numbers are mode_1, mode_2 …")
+        raise _no_mode(key)
     return int(count) - 1
+
+
+def _no_mode(key: str) -> InputError:
+    return InputError(
+        "model", f"surface.{key}", "the surface has no such number", "use surface.mode_1, surface.mode_2 …"
+    )
 
 
 def along_snow(model: Model, feet: Array, velocity: Array, foot_velocity: Array, share: Array) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from html import escape
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,22 +14,25 @@ from sssi_exudyn.contact.term import formula, parameters
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.reports.html import document
-from sssi_exudyn.reports.plots import COLOURS
-from sssi_exudyn.reports.section import Block, Drawing, Facts, Grid, Items, Section, Text
+from sssi_exudyn.reports.section import Block, Drawing, Facts, Grid, Heading, Items, Section, Text
+from sssi_exudyn.reports.ski_curves import curve_drawings, line_of
 from sssi_exudyn.simulation.turns.steady_turn import SteadyTurn, TurnCase
-from sssi_exudyn.simulation.turns.turn_rig import UNCERTAIN, RigPoint, difference
-
-_STYLES: Final = ("-", "--")
-"""Styles of the lines: five skis, and five more."""
+from sssi_exudyn.simulation.turns.turn_rig import UNCERTAIN, Difference, RigPoint, difference
 
 
 def turn_page(skis: Sequence[Ski], points: Sequence[RigPoint], case: TurnCase) -> str:
     """Return the page for skis and their points, all of one case except for the edge angle."""
     names = [ski.name for ski in skis]
-    lead = (
-        f"<p>{escape(', '.join(names))}: one ski with {case.load:g} N along the snow's normal at {case.speed:g} m/s, "
-        "the resultant square to the base. Bars are one standard deviation of what is uncertain of snow and posture. "
-        "The skis' own figures are taken as they stand in the catalogue.</p>\n"
+    answers = "".join(f'<p class="result">{escape(sentence)}</p>\n' for sentence in turn_sentences(names, points))
+    resultant = ", ".join(
+        f"{case.load / np.cos(edge):.0f} N at {np.degrees(edge):.0f}°"
+        for edge in sorted({point.edge for point in points})
+    )
+    lead = answers + (
+        f"<p>{escape(', '.join(names))}: one ski at {case.speed:g} m/s. It carries {case.load:g} N along the snow's "
+        "normal at every edge angle, as the weight does in a turn, and the centripetal force that puts the resultant "
+        f"square to its base: {resultant} in all. Bars are one standard deviation of what is uncertain of snow and "
+        f"posture{_own_errors(skis)}.</p>\n"
     )
     sections = [
         Section("Radius", (_over_edge(names, points, "radius (m)", _radius_bar), Grid(_radius_rows(names, points)))),
@@ -37,11 +40,14 @@ def turn_page(skis: Sequence[Ski], points: Sequence[RigPoint], case: TurnCase) -
         Section("Side reserve", (Text(_RESERVE), _over_edge(names, points, "side reserve (1)", _reserve_bar))),
         Section(
             "What the snow takes",
-            (Text(_BALANCE), _over_edge(names, points, "drag (N)", _drag), Grid(loss_rows(points))),
+            (Text(_BALANCE), _over_edge(names, points, "drag (N)", _drag), *_loss_tables(names, points)),
         ),
         Section("Along the edge", _along(names, points)),
-        Section("What the bars are made of", (Grid(_share_rows(points)), Items(_sources()))),
-        Section("Skis", (Grid(_ski_rows(skis)), Items(tuple(f"{ski.name}: {ski.source}" for ski in skis)))),
+        Section("What the bars are made of", (*_share_tables(skis, points), Items(_sources()))),
+        Section(
+            "Skis",
+            (*_ski_tables(skis), *curve_drawings(skis), Items(tuple(f"{ski.name}: {ski.source}" for ski in skis))),
+        ),
         Section("Snow", (Text(formula(type(case.law))), Facts(_snow_rows(case)))),
     ]
     return document("Skis in steady turns", lead, sections)
@@ -75,11 +81,6 @@ def _drag(point: RigPoint) -> tuple[float, float, float]:
     return (np.nan if point.turn is None else point.turn.drag), 0.0, 0.0
 
 
-def _line(index: int) -> dict[str, Any]:
-    count = len(COLOURS)
-    return {"color": COLOURS[index % count], "linestyle": _STYLES[index // count % len(_STYLES)]}
-
-
 def _over_edge(names: Sequence[str], points: Sequence[RigPoint], label: str, bar: _Bar) -> Drawing:
     def draw(axes: Axes) -> None:
         for index, name in enumerate(names):
@@ -87,7 +88,7 @@ def _over_edge(names: Sequence[str], points: Sequence[RigPoint], label: str, bar
             edge = np.degrees([point.edge for point in own]) + 0.3 * (index - 0.5 * (len(names) - 1))
             value, less, more = np.array([bar(point) for point in own]).T
             axes.errorbar(
-                edge, value, (less, more), label=name, capsize=2.0, marker="o", markersize=3.0, **_line(index)
+                edge, value, (less, more), label=name, capsize=2.0, marker="o", markersize=3.0, **line_of(index)
             )
         axes.set_xlabel("edge angle (degrees)")
         axes.set_ylabel(label)
@@ -109,7 +110,7 @@ def _along(names: Sequence[str], points: Sequence[RigPoint]) -> tuple[Block, ...
     def drawing(label: str, of: Callable[[SteadyTurn], Array]) -> Drawing:
         def draw(axes: Axes) -> None:
             for index, (name, turn) in enumerate(zip(names, turns, strict=True)):
-                axes.plot(1e3 * turn.place, of(turn), label=name, **_line(index))
+                axes.plot(1e3 * turn.place, of(turn), label=name, **line_of(index))
             axes.set_xlabel("ahead of the boot centre (mm)")
             axes.set_ylabel(label)
 
@@ -149,11 +150,11 @@ def _radius_text(point: RigPoint) -> str:
 
 
 def loss_rows(points: Sequence[RigPoint]) -> list[list[str]]:
-    """Return the table of drag and power, the headline first: a row a point, its losses and what they leave over."""
+    """Return the table of drag and power of one ski's points, the headline first: losses and what they leave over."""
     rows = [["", "drag", "power", "friction", "compaction", "skid", "left over", "groove", "sideslip"]]
     for point in points:
         turn = point.turn
-        name = f"{point.ski}, {np.degrees(point.edge):.0f}°"
+        name = f"{np.degrees(point.edge):.0f}°"
         if turn is None:
             rows.append([name, point.problem, *[""] * (len(rows[0]) - 2)])
             continue
@@ -183,27 +184,92 @@ def _difference_text(point: RigPoint, other: RigPoint) -> str:
     change = difference(point, other)
     if change is None:
         return "one may slip"
-    remark = "" if abs(change.share) > 2.0 * change.error else ", not significant"
-    return f"{100.0 * change.share:+.1f} ± {100.0 * change.error:.1f} %{remark}"
+    low, high = (100.0 * bound for bound in change.interval)
+    remark = "" if change.is_significant else ": may be none"
+    return f"{100.0 * change.share:+.1f} % ({low:+.1f} to {high:+.1f}){remark}"
 
 
 _ALIKE: Final = (
-    "What is uncertain of snow and posture is the same for both skis, so the difference is known better than either "
-    "radius. Differences below two standard deviations are not significant."
+    "Snow and posture are the same for both skis: harder snow changes both radii at once. The interval of a difference "
+    "counts by how much each of these errors changes the ratio of the radii, and adds the errors of either ski's own "
+    "stiffness; it is two standard deviations wide to each side, some 95 %. So it may exclude zero although the bars "
+    "of the radii overlap, and may hold zero although they do not."
 )
 
 
-def _share_rows(points: Sequence[RigPoint]) -> list[list[str]]:
-    """Return by how much each uncertain quantity changes the radius."""
-    rows = [["radius with one less, one more", *(f"{source.name}, {source.amount}" for source in UNCERTAIN)]]
-    for point in points:
-        if point.turn is not None:
-            pairs = [
-                ", ".join("none" if value is None or value <= 0.0 else f"{1.0 / value:.2f}" for value in pair) + " m"
-                for pair in point.curvatures
-            ]
-            rows.append([f"{point.ski}, {np.degrees(point.edge):.0f}°", *pairs])
-    return rows
+def turn_sentences(names: Sequence[str], points: Sequence[RigPoint]) -> list[str]:
+    """Return a sentence for each further ski: how much tighter or wider than the first it turns, and where."""
+    by = {(point.ski, point.edge): point for point in points}
+    edges = sorted({point.edge for point in points})
+    if len(names) == 1:
+        radii = [(edge, by[names[0], edge].radius) for edge in edges]
+        known = [f"{radius:.1f} m at {np.degrees(edge):.0f}°" for edge, radius in radii if radius is not None]
+        return [f"{names[0]} turns with a radius of {', '.join(known)}." if known else f"{names[0]} finds no turn."]
+    sentences = []
+    for name in names[1:]:
+        changes = [difference(by[name, edge], by[names[0], edge]) for edge in edges]
+        told = [change for change in changes if change is not None and change.is_significant]
+        parts = [_said([c for c in told if (c.share < 0.0) == tighter], word) for tighter, word in _DIRECTIONS]
+        words = " and ".join(part for part in parts if part)
+        if not words:
+            words = "turns neither tighter nor wider by more than is uncertain"
+        sentences.append(f"{name} {words}, compared with {names[0]}.")
+    return sentences
+
+
+_DIRECTIONS: Final = ((True, "tighter"), (False, "wider"))
+
+
+def _said(changes: Sequence[Difference], word: str) -> str:
+    if not changes:
+        return ""
+    shares = [abs(100.0 * change.share) for change in changes]
+    degrees = [float(np.degrees(change.edge)) for change in changes]
+    return f"turns {_span(shares)} % {word} at {_span(degrees)}°"
+
+
+def _span(values: Sequence[float]) -> str:
+    low, high = f"{min(values):.0f}", f"{max(values):.0f}"
+    return low if low == high else f"{low} to {high}"
+
+
+def _own_errors(skis: Sequence[Ski]) -> str:
+    """Name the skis whose stiffness has errors of its own."""
+    known = [ski.name for ski in skis if ski.uncertainty is not None]
+    return f", and of the stiffness of {escape(', '.join(known))}" if known else "; the skis are taken as exactly known"
+
+
+def _loss_tables(names: Sequence[str], points: Sequence[RigPoint]) -> tuple[Block, ...]:
+    """Return the losses of each ski as a table of its own."""
+    blocks: list[Block] = []
+    for name in names:
+        blocks += [Heading(name), Grid(loss_rows([point for point in points if point.ski == name]))]
+    return tuple(blocks)
+
+
+_OWN: Final = ("bending stiffness", "torsional stiffness")
+
+
+def _share_tables(skis: Sequence[Ski], points: Sequence[RigPoint]) -> tuple[Block, ...]:
+    """Return by how much each uncertain quantity changes the radius (m), a table a ski and a row a quantity."""
+    blocks: list[Block] = []
+    for ski in skis:
+        own = [point for point in points if point.ski == ski.name and point.turn is not None]
+        if not own:
+            continue
+        rows = [["radius (m) with one less, one more", *(f"{np.degrees(point.edge):.0f}°" for point in own)]]
+        for index, source in enumerate(UNCERTAIN):
+            rows.append([f"{source.name}, {source.amount}", *(_radii(point.curvatures[index]) for point in own)])
+        if ski.uncertainty is not None:
+            shares = (ski.uncertainty.bending, ski.uncertainty.torsion)
+            for index, (word, share) in enumerate(zip(_OWN, shares, strict=True)):
+                rows.append([f"{word}, {100.0 * share:.1f} %", *(_radii(point.own[index]) for point in own)])
+        blocks += [Heading(ski.name), Grid(rows)]
+    return tuple(blocks)
+
+
+def _radii(pair: tuple[float | None, float | None]) -> str:
+    return ", ".join("none" if value is None or value <= 0.0 else f"{1.0 / value:.2f}" for value in pair)
 
 
 def _sources() -> tuple[str, ...]:
@@ -212,24 +278,23 @@ def _sources() -> tuple[str, ...]:
     )
 
 
-def _ski_rows(skis: Sequence[Ski]) -> list[list[str]]:
-    rows = [["", "length", "widths: greatest behind, least, greatest ahead", "mass", "EI", "GJ at the boot centre"]]
-    s = np.linspace(0.0, 1.0, 401)
+def _ski_tables(skis: Sequence[Ski]) -> tuple[Block, ...]:
+    """Return a table of the skis' sizes and one of their stiffness at the boot centre."""
+    sizes = [["", "length", "width behind", "waist", "width ahead", "sidecut radius", "mass"]]
+    stiffness = [["at the boot centre", "EI", "GJ"]]
     for ski in skis:
-        width = 1e3 * ski.width(s)
-        waist = int(np.argmin(np.where((s > 0.2) & (s < 0.8), width, np.inf)))
-        boot = ski.s_of_x(0.0)
-        rows.append(
-            [
-                ski.name,
-                f"{ski.length:.2f} m",
-                f"{width[:waist].max():.0f}, {width[waist]:.0f}, {width[waist:].max():.0f} mm",
-                f"{ski.mass:.2f} kg",
-                f"{float(ski.bending_stiffness(boot)):.0f} N m²",
-                f"{float(ski.torsional_stiffness(boot)):.0f} N m²",
-            ]
-        )
-    return rows
+        behind, waist, ahead = (f"{1e3 * float(ski.width(s)):.0f} mm" for s in ski.widest_and_waist())
+        radius, boot = ski.sidecut_radius(), ski.s_of_x(0.0)
+        lengths = [f"{ski.length:.2f} m", behind, waist, ahead]
+        sizes.append([ski.name, *lengths, f"{radius:.1f} m" if np.isfinite(radius) else "none", f"{ski.mass:.2f} kg"])
+        values = float(ski.bending_stiffness(boot)), float(ski.torsional_stiffness(boot))
+        errors = (None, None) if ski.uncertainty is None else (ski.uncertainty.bending, ski.uncertainty.torsion)
+        stiffness.append([ski.name, *(_stiffness(*pair) for pair in zip(values, errors, strict=True))])
+    return Grid(sizes), Grid(stiffness)
+
+
+def _stiffness(value: float, error: float | None) -> str:
+    return f"{value:.0f} N m²" if error is None else f"{value:.0f} ± {error * value:.0f} N m²"
 
 
 def _snow_rows(case: TurnCase) -> list[tuple[str, str, str]]:

@@ -100,7 +100,7 @@ def _drawn_model(model: Model, row: pd.Series, path: Path) -> Model:
     for name, value in values.items():
         try:
             low, high = model.bounds(name)
-        except (KeyError, IndexError, ValueError, AttributeError):
+        except InputError:
             raise InputError(path, f"column {name}", "the model has no such number", "run again") from None
         if not low <= value <= high:
             raise InputError(path, f"column {name}", f"{value:g} is outside {low:g} to {high:g}", "run again")

@@ -20,12 +20,16 @@ import tomli_w
 from sssi_exudyn.analysis.boots import cuff_column
 from sssi_exudyn.bodies.skier.chain import COORDINATES, PRESCRIBED, TRANSLATIONS
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.text import csv_of
 from sssi_exudyn.io.bounds import MAX_DURATION
-from sssi_exudyn.io.parquet import check_finite, check_time, read_parquet
+from sssi_exudyn.io.parquet import check_finite, check_time, column_names, read_parquet
+from sssi_exudyn.io.storage import storage_columns
 from sssi_exudyn.io.typed import read_json, wrong_field
 from sssi_exudyn.io.typed import read_table as read_json_table
 from sssi_exudyn.io.writing import clear_errors, folder_lock, to_json, to_plain
 from sssi_exudyn.motion.correction_file import FILE as POSTURE
+from sssi_exudyn.results.data_dictionary import OPENSIM as DESCRIBED_OPENSIM
+from sssi_exudyn.results.data_dictionary import Column, describe
 from sssi_exudyn.results.summary import FORMAT, Summary, summary_from_dict, summary_to_dict
 from sssi_exudyn.simulation.result import SIDES
 from sssi_exudyn.terrain.file import FILE as SURFACE
@@ -51,6 +55,10 @@ OPENSIM = (
 MUSCLES = ("muscle_activations.sto", "muscle_forces.sto")
 MEASURED, SKELETON = "measured.parquet", "skeleton.json"
 SECOND_HALF, DRAWS = "second_half.parquet", "draws.parquet"
+COLUMNS: Final = "columns.csv"
+"""What every column of the result's tables means."""
+CSV: Final = {table: f"{table.removesuffix('.parquet')}.csv" for table in (SERIES, MEASURED, SECOND_HALF, DRAWS)}
+"""Tables that are written as CSV too where that is asked for; the turns' always is."""
 LAW: Final = "law"
 """Folder within a run of a day: the run's model with a law of friction that is in no list."""
 FILES: Final = (
@@ -68,6 +76,8 @@ FILES: Final = (
         SKELETON,
         SECOND_HALF,
         DRAWS,
+        COLUMNS,
+        *CSV.values(),
     ),
     SUMMARY,
 )
@@ -172,6 +182,19 @@ def write_result(
         (new / SUMMARY).write_text(to_json(summary_to_dict(summary)), encoding="utf-8")
         if render is not None:
             (new / REPORT).write_text(render(new), encoding="utf-8")
+        _write_columns(new)
+
+
+def _write_columns(folder: Path) -> None:
+    """Write what every column of the tables in a folder means; their files are known to be sound."""
+    rows: list[object] = []
+    for name in (SERIES, MEASURED, TURNS[1], SECOND_HALF, DRAWS):
+        if (folder / name).exists():
+            rows += describe(name, column_names(folder / name))
+    for name in DESCRIBED_OPENSIM:
+        if (folder / name).exists():
+            rows += describe(name, storage_columns(folder / name))
+    (folder / COLUMNS).write_text(csv_of(rows, Column), encoding="utf-8")
 
 
 def _write_parquet(path: Path, table: pd.DataFrame) -> None:
@@ -217,6 +240,9 @@ def amend_result(
         for name, text in (texts or {}).items():
             (new / name).write_text(text, encoding="utf-8")
         (new / REPORT).write_text(render(new), encoding="utf-8")
+        for table in set(CSV) & set(tables or {}):
+            (new / CSV[table]).unlink(missing_ok=True)  # it would be another table's
+        _write_columns(new)
 
 
 @contextmanager

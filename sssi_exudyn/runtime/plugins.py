@@ -50,12 +50,15 @@ class Plugin:
 
 LOADED: dict[str, Plugin] = {}
 """Plug-ins by the modules that were loaded."""
+_NEIGHBOURS: Final[dict[str, dict[str, str]]] = {}
+"""Modules that a plug-in's file imported from its own folder with their files' hashes, by the plug-in's module."""
 
 
-def load(what: str | Path) -> tuple[Plugin, list[object]]:
+def load(what: str | Path) -> list[object]:
     """Run a plug-in's code, once.
 
-    Returns the plug-in and what it offers: the classes and objects of the file, or those of the package's entry points.
+    Returns what it offers: the classes and objects of the file, or those of the package's entry points.  A file may
+    import modules that stand next to it; installed ones of the same name come first.
 
     Raises InputError where there is no such file or package, and where its code fails.
     """
@@ -64,20 +67,24 @@ def load(what: str | Path) -> tuple[Plugin, list[object]]:
     return _load_package(str(what))
 
 
-def _load_file(path: Path) -> tuple[Plugin, list[object]]:
+def _load_file(path: Path) -> list[object]:
     try:
-        digest = f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}"
+        own = hashlib.sha256(path.read_bytes())
     except OSError as error:
         raise InputError(path, "", (error.strerror or str(error)).lower(), "give the plug-in's file") from None
-    plugin = Plugin(path.name, digest, str(path.resolve()))
-    name = f"{_PREFIX}{path.stem}_{digest[-_HASH:]}"  # another content is another module
+    name = f"{_PREFIX}{path.stem}_{own.hexdigest()[-_HASH:]}"  # another content is another module
+    known = _NEIGHBOURS.get(name)
+    if known is not None and known != _contents_of(path.parent, known):
+        del sys.modules[name]  # a neighbour was changed
     module = sys.modules.get(name)
     if module is None:
+        before = _without_other_neighbours(path.parent)
         spec = importlib.util.spec_from_file_location(name, path)
         assert spec is not None
         assert spec.loader is not None
         module = importlib.util.module_from_spec(spec)
         sys.modules[name] = module
+        sys.path.append(str(path.parent.resolve()))  # at the end: a neighbour replaces no installed module
         try:
             spec.loader.exec_module(module)
         except BaseException as error:
@@ -85,12 +92,33 @@ def _load_file(path: Path) -> tuple[Plugin, list[object]]:
             if not isinstance(error, Exception | SystemExit):
                 raise
             raise InputError(path, _line_of(error, path), f"{type(error).__name__}: {error}", "correct it") from error
+        finally:
+            sys.path.remove(str(path.parent.resolve()))
+        _NEIGHBOURS[name] = _contents_of(path.parent, set(sys.modules) - before)
+    for neighbour, content in sorted(_NEIGHBOURS.get(name, {}).items()):
+        own.update(f"{neighbour} {content}".encode())
+    plugin = Plugin(path.name, f"sha256:{own.hexdigest()}", str(path.resolve()))
     LOADED.pop(name, None)  # the last one stands last
     LOADED[name] = plugin
-    return plugin, _offered(module)
+    return _offered(module)
 
 
-def _load_package(name: str) -> tuple[Plugin, list[object]]:
+def _without_other_neighbours(folder: Path) -> set[str]:
+    """Forget the modules next to plug-ins whose names files of ``folder`` have; return the modules that are left."""
+    for names in _NEIGHBOURS.values():
+        for name in names:
+            if (folder / f"{name}.py").exists():
+                sys.modules.pop(name, None)
+    return set(sys.modules)
+
+
+def _contents_of(folder: Path, names: Iterable[str]) -> dict[str, str]:
+    """Return the hashes of the files of modules that stand in ``folder`` next to a plug-in, by the modules' names."""
+    files = {name: folder / f"{name}.py" for name in names if name.isidentifier() and not name.startswith(_PREFIX)}
+    return {name: hashlib.sha256(file.read_bytes()).hexdigest() for name, file in files.items() if file.is_file()}
+
+
+def _load_package(name: str) -> list[object]:
     try:
         package = metadata.distribution(name)
     except (metadata.PackageNotFoundError, ValueError):
@@ -112,7 +140,7 @@ def _load_package(name: str) -> tuple[Plugin, list[object]]:
         defined = getattr(offered[-1], "__module__", None)
         if isinstance(defined, str) and not _is_own(defined):
             LOADED[defined] = plugin
-    return plugin, offered
+    return offered
 
 
 def _line_of(error: BaseException, path: Path) -> str:

@@ -23,13 +23,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal, TypeVar
 
+from sssi_exudyn.bodies.ski.ski import ski_named
 from sssi_exudyn.contact.registry import check_together, is_carved, read_term
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.choices import HEADING_MODES, METHODS, HeadingMode, Method
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.settings import Settings, check_keys, read_toml, table_of, text_of
 from sssi_exudyn.runtime.plugins import Plugin, origins_of, require, tables_of
-from sssi_exudyn.simulation.turns.turn_rig import ski_named
 from sssi_exudyn.sweeps.design import INDEXED, KINDS, LISTED, Design
 from sssi_exudyn.sweeps.patterns import matching_recordings
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from sssi_exudyn.bodies.ski.ski import ski_to_table
+from sssi_exudyn.bodies.ski.ski import ski_named, ski_to_table
 from sssi_exudyn.contact.registry import PAPER_TERMS, combine_terms
 from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.choices import HeadingMode, Method
@@ -19,7 +19,6 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.runtime.cache import fingerprint
 from sssi_exudyn.runtime.plugins import Plugin, origins_of
 from sssi_exudyn.runtime.provenance import versions
-from sssi_exudyn.simulation.turns.turn_rig import ski_named
 from sssi_exudyn.sweeps.axes import axes_of
 from sssi_exudyn.sweeps.design import Axis, points_of
 from sssi_exudyn.sweeps.file import SweepFile, Task, Tier

@@ -11,7 +11,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from sssi_exudyn.bodies.ski.ski import Ski
+from sssi_exudyn.bodies.ski.ski import Ski, ski_named
 from sssi_exudyn.contact.registry import term_named
 from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
@@ -33,7 +33,6 @@ from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.simulation.reduced.prepared import Prepared, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.turns.steady_turn import NoSteadyTurn, edges_of, start_rolling, steady_turn
-from sssi_exudyn.simulation.turns.turn_rig import ski_named
 from sssi_exudyn.sweeps.outputs import (
     AnyRun,
     Figures,

@@ -12,6 +12,7 @@ from sssi_exudyn.core.errors import SssiError
 
 if TYPE_CHECKING:
     from sssi_exudyn.api.result import Result
+    from sssi_exudyn.bodies.ski.identification import IdentifiedSki
     from sssi_exudyn.importing.days.day import DayPiece
     from sssi_exudyn.importing.many import ImportedRun
     from sssi_exudyn.recording.inspection import Inspection
@@ -49,6 +50,13 @@ def show_rows(rows: Sequence[object], options: argparse.Namespace) -> str:
     from sssi_exudyn.terminal.text import format_table
 
     return to_json(rows) if options.json else format_table(to_plain(rows))
+
+
+def show_identified(identified: IdentifiedSki, options: argparse.Namespace) -> str:
+    """Show the numbers of an identified ski as a table."""
+    from sssi_exudyn.commands.catalogue import identified_rows
+
+    return show_rows(identified_rows(identified), options)
 
 
 def show_counts(counts: Mapping[str, object], options: argparse.Namespace) -> str:

@@ -135,6 +135,8 @@ COMMANDS: Final = (
     ),
     Command("terms", catalogue.terms, shown.show_rows, "commands.catalogue"),
     Command("muscles", muscles.muscles, shown.show_muscles, "commands.muscles_command", more=(_LIST,), call=_muscles),
-    Command("ski identify", catalogue.identify, shown.show_rows, "commands.catalogue"),
+    Command("hypotheses", catalogue.hypotheses, shown.show_rows, "commands.catalogue"),
+    Command("columns", catalogue.data_dictionary, shown.show_rows, "commands.catalogue"),
+    Command("ski identify", catalogue.identify, shown.show_identified, "commands.catalogue"),
     Command("ski turn", catalogue.turn, shown.show_turns, "commands.ski_turn", more=(_JSON_FILE,), call=_turn),
 )

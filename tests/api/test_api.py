@@ -11,7 +11,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import matplotlib as mpl
 import pandas as pd
 import pytest
 from a_diagnosis import diagnosis_of, finding_of
@@ -20,7 +19,8 @@ from bundled import bundled
 from tiny import ANSWERS, Tiny
 
 import sssi_exudyn
-from sssi_exudyn.api.result import Result, with_units
+from sssi_exudyn.api.result import Result
+from sssi_exudyn.api.result_tables import with_units
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.results.summary import Summary
 
@@ -117,18 +117,6 @@ def test_series_have_units(result: Result) -> None:
     assert units["knee_angle_r_moment_Nm"] == "N m"
     assert "units" not in result.stored.series.attrs  # what is written stays as it was
     assert with_units(pd.DataFrame({"mu_t": [0.1]})).attrs["units"] == {}
-
-
-def test_plots_show_what_was_simulated_and_what_was_measured(result: Result) -> None:
-    mpl.use("agg")
-    track = result.plot_track()
-    assert [line.get_label() for line in track.lines] == ["GPS", "antenna, simulated"]
-    assert len(track.lines[1].get_xdata()) == len(result.series)
-    loads = result.plot_loads()
-    assert len(loads.lines) == 4
-    bare = replace(result, stored=replace(result.stored, measured=None))
-    assert len(bare.plot_track(track).lines) == 3
-    assert len(bare.plot_loads(loads).lines) == 6
 
 
 @pytest.mark.usefixtures("words_only")

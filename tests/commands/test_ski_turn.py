@@ -38,10 +38,17 @@ def test_what_is_no_edge_angle_is_one_clear_line(text: str) -> None:
         edge_angles(text)
 
 
+def test_numbers_are_edge_angles_too() -> None:
+    assert edge_angles(50) == [50.0]
+    assert edge_angles([60.0, 30]) == [30.0, 60.0]
+    with pytest.raises(InputError, match="'None' is no edge angle"):
+        edge_angles(None)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (["banana"], "sssi ski turn: SKI: no ski is called 'banana'; use one of slalom_165"),
+        (["banana"], "sssi ski turn: SKI: no ski is called 'banana'; use one of: "),
         (["missing.toml"], "missing.toml"),
         (["slalom_165", "--speed", "0"], "speed"),
         (["slalom_165", "--load", "1e9"], "load"),
@@ -99,12 +106,18 @@ def test_two_skis_side_by_side(
         "Against slalom_165",
     ):
         assert word in page
-    for ski in ("slalom_165", "voile_v6_183"):
-        check_power(re.findall(rf">{ski}, 45°</th>(.*?)</tr>", page)[0])
+    assert re.search(r'class="result">voile_v6_183 turns \d+ % wider at 45°, compared with slalom_165', page)
+    assert "990 N at 45° in all" in page  # 700 N along the normal over the cosine
+    for word in ("sidecut radius", "bending stiffness EI", "torsional stiffness GJ", "width (mm)"):
+        assert word in page
+    powers = re.findall(r">45°</th>(<td.*? W<.*?)</tr>", page)
+    assert len(powers) == 2
+    for row in powers:
+        check_power(row)
     with pytest.raises(SystemExit) as end:
         main(["ski", "turn", "slalom_165", "--edge", "45"])
     assert end.value.code == 0
-    assert sssi_exudyn.turn("slalom_165", "45") == rows[:1]
+    assert sssi_exudyn.turn("slalom_165", "45") == sssi_exudyn.turn("slalom_165", edge=45) == rows[:1]
     table = capsys.readouterr().out.splitlines()
     assert table[0].split() == list(rows[0])
     assert float(table[1].split()[2]) == pytest.approx(rows[0]["radius_m"], rel=1e-3)  # four digits are shown

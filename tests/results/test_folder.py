@@ -19,7 +19,7 @@ from sssi_exudyn.results.summary import Summary
 from sssi_exudyn.runtime.cache import Cache, Shapes
 
 MODEL = {"format": 1}
-FILES = {"summary.json", "series.parquet", "model.toml", ".lock"}
+FILES = {"summary.json", "series.parquet", "model.toml", "columns.csv", ".lock"}
 _MAIN = """
 import os, resource, signal, sys
 from pathlib import Path

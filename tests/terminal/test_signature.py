@@ -57,7 +57,7 @@ NO_COMMAND = {
     "diagnose_day",  # is ``sssi diagnose`` of several recordings
     "import_day",  # is ``sssi import`` of a track with several descents
 }
-NOT_PUBLIC = {"terrain", "identify", "benchmark", "diagnose_known", "semi_real"}
+NOT_PUBLIC = {"terrain", "benchmark", "diagnose_known", "semi_real"}
 """Functions of commands that are of no use without the command line."""
 
 

@@ -93,7 +93,7 @@ def run_tangents(
     size 0.  Each field has one axis more, last.
 
     Numbers that only instruments know (a late clock, faults of GPS and insoles) change nothing of the run.
-    Raises SimulationDiverged as ``simulate_reduced`` does, KeyError for an unknown name.
+    Raises SimulationDiverged as ``simulate_reduced`` does, InputError for an unknown name.
     """
     numbers = [number_ref(name) for name in names]
     makers = [lambda number=number: _of_number(model, prepared, number) for number in numbers]

@@ -46,7 +46,7 @@ def sensitivities(
     Exact: the run's tangents are carried along with it, and ``observed`` is differentiated by a complex step.  It must
     therefore be a formula over the run's arrays and the model's numbers that NumPy continues to complex ones.
 
-    Raises SimulationDiverged as ``simulate_reduced`` does, KeyError for an unknown name.
+    Raises SimulationDiverged as ``simulate_reduced`` does, InputError for an unknown name.
     """
     run, slopes = run_tangents(model, prepared, names, changes)
     first = observed(model, run)
@@ -70,7 +70,7 @@ def responses_to_additions(
 
     cores : that are used at most; all if None
 
-    Raises SimulationDiverged when the run does, KeyError for an unknown name.
+    Raises SimulationDiverged when the run does, InputError for an unknown name.
     """
     hosts = [host_of(addition) for addition in additions]
     every = [term for host in hosts for term in host.terms]

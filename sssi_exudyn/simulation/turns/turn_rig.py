@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.bodies.ski.ski import Ski, catalogue, read_ski
+from sssi_exudyn.bodies.ski.ski import Ski
 from sssi_exudyn.contact.terms.carving import Carving
-from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.simulation.ski_on_snow.edge import EdgeSki
 from sssi_exudyn.simulation.turns.steady_turn import (
     NoSteadyTurn,
     Rolling,
@@ -68,6 +67,8 @@ class RigPoint:
     turn : None where there is no steady turn, for which ``problem`` gives the reason
     curvatures, reserves : for each of ``UNCERTAIN``, with one standard deviation less and more; None where there is no
         steady turn
+    own : curvatures with the ski's own bending and torsional stiffness one standard error less and more; empty where
+        their errors are not known
     """
 
     ski: str
@@ -76,6 +77,7 @@ class RigPoint:
     problem: str = ""
     curvatures: tuple[tuple[float | None, float | None], ...] = ()
     reserves: tuple[tuple[float | None, float | None], ...] = ()
+    own: tuple[tuple[float | None, float | None], ...] = ()
 
     @property
     def radius(self) -> float | None:
@@ -112,7 +114,7 @@ class RigPoint:
         if self.turn is None:
             return None
         changes = []
-        for pair in self.curvatures:
+        for pair in (*self.curvatures, *self.own):
             if None in pair and sign < 0.0:
                 return None
             changes.append(max(0.0, *(sign * (value - self.turn.curvature) for value in pair if value is not None)))
@@ -124,46 +126,58 @@ class RigPoint:
 class Difference:
     """The radius of one ski against another's at the same edge angle, as a share: 0.1 is 10 % larger.
 
-    error : one standard deviation; what is uncertain is the same for both, so it is smaller than their bars
+    less, more : one standard deviation of the share downwards and upwards
     """
 
     ski: str
     other: str
     edge: float
     share: float
-    error: float
+    less: float
+    more: float
+
+    @property
+    def error(self) -> float:
+        """Return the larger of both."""
+        return max(self.less, self.more)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Return the bounds of the share that two standard deviations give, some 95 %."""
+        return self.share - 2.0 * self.less, self.share + 2.0 * self.more
+
+    @property
+    def is_significant(self) -> bool:
+        """Return whether the interval holds only larger or only smaller radii."""
+        low, high = self.interval
+        return low > 0.0 or high < 0.0
 
 
 def difference(point: RigPoint, other: RigPoint) -> Difference | None:
-    """Return the difference of two skis at one edge angle; None where one of them does not turn."""
+    """Return the difference of two skis at one edge angle; None where one of them does not turn.
+
+    Snow and posture are the same for both skis, so each of their errors changes both radii at once, and only the change
+    of the ratio counts.  The stiffness of either ski has an error of its own.  All add up as squares.
+    """
     if point.radius is None or other.radius is None:
         return None
     assert point.turn is not None
     assert other.turn is not None
     share = other.turn.curvature / point.turn.curvature - 1.0
-    changes = []
-    for own, its in zip(point.curvatures, other.curvatures, strict=True):
-        either = []
-        for mine, theirs in zip(own, its, strict=True):
-            if mine is None or theirs is None or min(mine, theirs) <= 0.0:
+    mine, theirs = point.turn.curvature, other.turn.curvature
+    pairs = [list(zip(own, its, strict=True)) for own, its in zip(point.curvatures, other.curvatures, strict=True)]
+    pairs += [[(curvature, theirs) for curvature in own] for own in point.own]
+    pairs += [[(mine, curvature) for curvature in own] for own in other.own]
+    less, more = [], []
+    for pair in pairs:
+        changes = []
+        for own, its in pair:
+            if own is None or its is None or min(own, its) <= 0.0:
                 return None
-            either.append(abs(theirs / mine - 1.0 - share))
-        changes.append(max(either))
-    return Difference(point.ski, other.ski, point.edge, share, float(np.linalg.norm(changes)))
-
-
-def ski_named(name: str, folder: Path, file: str | Path, place: str) -> Ski:
-    """Return a ski of the catalogue, or the one ski in a .toml file, whose path counts from ``folder``.
-
-    Raises InputError, at ``place`` of ``file`` for a name that is neither.
-    """
-    if name in catalogue():
-        return read_ski(name, folder)
-    if not name.endswith(".toml"):
-        known = ", ".join(catalogue())
-        raise InputError(file, place, f"no ski is called {name!r}", f"use one of {known}, or the path of a .toml file")
-    path = folder / name
-    return read_ski(path.name, path.parent, path)
+            changes.append(its / own - 1.0 - share)
+        less.append(max(0.0, *(-change for change in changes)))
+        more.append(max(0.0, *changes))
+    return Difference(point.ski, other.ski, point.edge, share, float(np.linalg.norm(less)), float(np.linalg.norm(more)))
 
 
 def rig_points(
@@ -172,12 +186,31 @@ def rig_points(
     """Return a point for every ski at every edge angle (rad, rising), with the rest of the turn as in ``case``."""
     points: list[RigPoint] = []
     for ski in skis:
-        rolling = start_rolling(edges_of(ski))
+        rolling, others = start_rolling(edges_of(ski)), _skis_of_errors(ski)
         for edge in edges:
             advance(len(points) / (len(skis) * len(edges)), f"{ski.name} at {np.degrees(edge):.0f} degrees")
             point, rolling = _rig_point(ski.name, replace(case, edge=float(edge)), rolling)
+            if point.turn is not None and others:
+                case_here = point.turn.case
+                own = [tuple(_curvature(case_here, replace(rolling, ski=one)) for one in pair) for pair in others]
+                point = replace(point, own=tuple((low, high) for low, high in own))
             points.append(point)
     return points
+
+
+def _skis_of_errors(ski: Ski) -> tuple[tuple[EdgeSki, EdgeSki], ...]:
+    """Return the ski with its bending and with its torsional stiffness one standard error less and more."""
+    if ski.uncertainty is None:
+        return ()
+    pairs = []
+    for modulus, error in (("young_modulus", ski.uncertainty.bending), ("shear_modulus", ski.uncertainty.torsion)):
+        low, high = (edges_of(replace(ski, **{modulus: getattr(ski, modulus) * f})) for f in (1.0 - error, 1.0 + error))
+        pairs.append((low, high))
+    return tuple(pairs)
+
+
+def _curvature(case: TurnCase, rolling: Rolling) -> float | None:
+    return _of(_altered(case, rolling), "curvature")
 
 
 def _rig_point(name: str, case: TurnCase, rolling: Rolling) -> tuple[RigPoint, Rolling]:

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 import tomli_w
 
+import sssi_exudyn
 from sssi_exudyn.bodies.ski.bench_tests import Measurements, read_measurements
-from sssi_exudyn.bodies.ski.identification import identify_ski
+from sssi_exudyn.bodies.ski.identification import ISOTROPIC_ERROR, identify_ski
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.modes import frame_matrices, modal_ski
-from sssi_exudyn.bodies.ski.ski import Ski, integrate_pieces, read_ski, ski_from_table, ski_to_table
+from sssi_exudyn.bodies.ski.ski import Ski, integrate_pieces, read_ski, ski_from_table, ski_to_table, uniform_ski
 from sssi_exudyn.cli import main
 from sssi_exudyn.core.errors import InputError
 
@@ -161,6 +162,78 @@ def test_the_command_leaves_a_ski_that_recordings_can_name(tmp_path: Path, capsy
     assert rows["young_modulus"]["low"] < rows["young_modulus"]["value"] < rows["young_modulus"]["high"]
     ski = read_ski("mine.toml", tmp_path)
     assert ski.young_modulus == pytest.approx(rows["young_modulus"]["value"])
+
+
+def with_torsion(measured: Measurements, noise: float, random: np.random.Generator) -> Measurements:
+    """Add a torsion test of the catalogue's ski, whose shear modulus is no isotropic material's."""
+    clamp, load, modulus = 0.8, 1.4, 2.31e9
+    s = np.linspace(clamp / 1.65, load / 1.65, 20_001)
+    width, thickness = TRUE.width(s), TRUE.thickness(s)
+    compliance = np.trapezoid(3.0 / (modulus * width * thickness**3), s * 1.65)  # ∫ dx/(GJ), J = w t³/3
+    moment = np.tile(np.linspace(1.0, 10.0, 10), 2)
+    twist = 0.01 + compliance * moment + noise * np.radians(0.1) * random.standard_normal(len(moment))
+    return dataclasses.replace(measured, moment=moment, twist=twist, twist_clamp=clamp, twist_load=load)
+
+
+def test_torsion_gives_the_shear_modulus() -> None:
+    random = np.random.default_rng(8)
+    exact = identify_ski(with_torsion(measurements(random, noise=0.0), 0.0, random))
+    assert exact.ski.shear_modulus == pytest.approx(2.31e9, rel=5e-4)  # the scan's straight lines, as for E
+    off = []
+    for _ in range(30):
+        noisy = identify_ski(with_torsion(measurements(random), 1.0, random))
+        off.append((noisy.shear_modulus.value - 2.31e9) / noisy.shear_modulus.se)
+        assert noisy.ski.uncertainty is not None
+        assert 0.001 < noisy.ski.uncertainty.torsion < 0.1
+    assert 0.6 < np.sqrt(np.mean(np.square(off))) < 1.4  # 1 if the errors are right; of 30 draws known to 13 %
+    without = identify_ski(measurements(np.random.default_rng(9)))
+    assert without.ski.uncertainty is not None
+    assert without.ski.uncertainty.torsion == ISOTROPIC_ERROR
+
+
+def test_the_error_of_the_stiffness_is_that_of_the_line() -> None:
+    """The caliper's error makes the modulus uncertain, and not the stiffness, which the test measures."""
+    random = np.random.default_rng(10)
+    stiffness, errors = [], []
+    for _ in range(40):
+        identified = identify_ski(measurements(random))
+        stiffness.append(float(identified.ski.bending_stiffness(0.5)))
+        assert identified.ski.uncertainty is not None
+        errors.append(identified.ski.uncertainty.bending)
+    spread = np.std(stiffness) / np.mean(stiffness)
+    # of 40 draws a standard deviation is known to 11 %; three of these
+    assert np.mean(errors) == pytest.approx(spread, rel=0.35)
+
+
+def test_the_bundled_bench_gives_the_slalom_ski_its_name_and_a_page(tmp_path: Path) -> None:
+    bench = sssi_exudyn.example("bench", tmp_path / "bench")
+    identified = sssi_exudyn.identify(bench, tmp_path / "mine.toml", report=tmp_path / "bench.html")
+    ski = sssi_exudyn.Ski.load(tmp_path / "mine.toml")
+    assert ski.name == "my_slalom"  # as bench.toml has it
+    assert ski == identified.ski
+    true = sssi_exudyn.Ski.load("slalom_165")
+    for name in ("young_modulus", "shear_modulus"):
+        estimate = getattr(identified, name)
+        assert abs(estimate.value - getattr(true, name)) < 3.0 * estimate.se
+    page = (tmp_path / "bench.html").read_text(encoding="utf-8")
+    for word in ("Three-point bending", "twist (degrees)", "signal of the tip", "EI known to", "sidecut radius"):
+        assert word in page
+    assert page.count("<svg") == 6  # three tests, three curves
+
+
+def test_curves_and_sidecut_of_a_ski() -> None:
+    ski = sssi_exudyn.Ski.load("slalom_165")
+    curves = ski.curves(11)
+    assert list(curves["s_1"]) == pytest.approx(np.linspace(0.0, 1.0, 11))
+    assert curves["bending_stiffness_Nm2"][5] == pytest.approx(float(ski.bending_stiffness(0.5)))
+    # 100, 66 and 117 mm over 0.89 of 1.65 m: the middle of a chord c with sagitta h has R = c²/(8 h)
+    chord, sagitta = 0.89 * 1.65, 0.5 * (0.5 * (0.100 + 0.117) - 0.066)
+    assert ski.sidecut_radius() == pytest.approx(chord**2 / (8.0 * sagitta), rel=0.01)
+    straight = uniform_ski("bar", length=1.6, width=0.07, thickness=0.01, young_modulus=1e10, mass=1.5)
+    assert straight.sidecut_radius() == np.inf
+    assert "slalom_165" in sssi_exudyn.Ski.names()
+    with pytest.raises(InputError, match="did you mean 'slalom_165'"):
+        sssi_exudyn.Ski.load("slalom_156")
 
 
 @pytest.mark.parametrize(

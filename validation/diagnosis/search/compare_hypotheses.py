@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import norm
 
-from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import (
     Freedom,
@@ -97,7 +97,7 @@ def _before(model: Model, extended: Model, name: str) -> float:
     """
     try:
         return model.value(name)
-    except KeyError:
+    except InputError:
         return extended.value(name)
 
 

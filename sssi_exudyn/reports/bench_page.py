@@ -1,0 +1,95 @@
+"""The page of a ski's bench tests: what was measured, what was fitted, and the ski that follows."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from sssi_exudyn.bodies.ski.bench_tests import Measurements
+from sssi_exudyn.bodies.ski.identification import Estimate, IdentifiedSki, Line
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.reports.html import document
+from sssi_exudyn.reports.plots import MEASURED, SIMULATED
+from sssi_exudyn.reports.section import Drawing, Grid, Section, Text
+from sssi_exudyn.reports.ski_curves import curve_drawings
+
+_WORDS: Final = {
+    "density": ("density", 1.0, "kg/m³"),
+    "young_modulus": ("Young's modulus", 1e-9, "GPa"),
+    "shear_modulus": ("shear modulus", 1e-9, "GPa"),
+    "damping_ratio": ("damping ratio of the tip", 1.0, "1"),
+    "frequency": ("frequency of the tip", 1.0, "Hz"),
+}
+_NO_TORSION: Final = (
+    "There is no torsion test: the shear modulus is that of an isotropic material, E/(2(1 + ν)) with ν = 0.3, and its "
+    "standard error is taken as 30 %."
+)
+_STIFFNESS: Final = (
+    "The ski's file carries the standard errors of its stiffness on to steady turns: of EI from the line of the "
+    "bending test, of GJ from that of the torsion test. The caliper's error changes modulus and thickness together "
+    "and cancels in EI and GJ."
+)
+
+
+def bench_page(measured: Measurements, identified: IdentifiedSki) -> str:
+    """Return the page of the tests on one ski."""
+    ski, errors = identified.ski, identified.ski.uncertainty
+    assert errors is not None
+    lead = (
+        f'<p class="result">{escape(ski.name)}: E = {_text(identified.young_modulus, 1e-9)} GPa, EI known to '
+        f"{100.0 * errors.bending:.1f} %, GJ to {100.0 * errors.torsion:.1f} %, sidecut radius "
+        f"{ski.sidecut_radius():.1f} m.</p>\n"
+    )
+    rows = [["", "value", "95 % interval", "unit"]]
+    for name, estimate, _ in identified.estimates:
+        words, scale, unit = _WORDS[name]
+        low, high = scale * estimate.low, scale * estimate.high
+        rows.append([words, f"{scale * estimate.value:.4g}", f"{low:.4g} to {high:.4g}", unit])
+    missed = 100.0 * (identified.predicted_frequency / identified.frequency.value - 1.0)
+    check = (
+        f"The ski as identified vibrates at {identified.predicted_frequency:.2f} Hz, {missed:+.1f} % from the measured "
+        f"{identified.frequency.value:.2f} Hz, which its stiffness was not fitted to."
+    )
+    torsion = [Text(_NO_TORSION)]
+    if identified.torsion is not None:
+        degrees = np.degrees(measured.twist)
+        line = Line(*(float(np.degrees(value)) for value in vars(identified.torsion).values()))
+        torsion = [_line_drawing(measured.moment, degrees, line, ("moment (N m)", "twist (degrees)"))]
+    millimetres = Line(*(1e3 * value for value in vars(identified.bending).values()))
+    bending = _line_drawing(measured.force, 1e3 * measured.deflection, millimetres, ("force (N)", "deflection (mm)"))
+    sections = [
+        Section("Numbers", (Grid(rows), Text(check), Text(_STIFFNESS))),
+        Section("Three-point bending", (bending,)),
+        Section("Torsion", tuple(torsion)),
+        Section("Free vibration", (_vibration(measured, identified),)),
+        Section("The ski's curves", curve_drawings([ski])),
+    ]
+    return document(f"Bench tests of {ski.name}", lead, sections)
+
+
+def _text(estimate: Estimate, scale: float) -> str:
+    return f"{scale * estimate.value:.3g} ({scale * estimate.low:.3g} to {scale * estimate.high:.3g})"
+
+
+def _line_drawing(x: Array, y: Array, line: Line, labels: tuple[str, str]) -> Drawing:
+    def draw(axes: Axes) -> None:
+        axes.plot(x, y, "o", color=MEASURED, markersize=3.5, label="measured")
+        ends = np.array([x.min(), x.max()])
+        axes.plot(ends, line.intercept + line.slope * ends, color=SIMULATED, label="fitted")
+        axes.set(xlabel=labels[0], ylabel=labels[1])
+
+    share = 100.0 * line.slope_se / line.slope
+    return Drawing(f"{len(x)} points and their line, whose slope is known to {share:.2f} %", draw)
+
+
+def _vibration(measured: Measurements, identified: IdentifiedSki) -> Drawing:
+    def draw(axes: Axes) -> None:
+        axes.plot(measured.time, measured.signal, color=MEASURED, linewidth=1.0, label="measured")
+        late = measured.time[measured.time > identified.vibration.start]
+        axes.plot(late, identified.vibration.at(late), "--", color=SIMULATED, linewidth=1.0, label="fitted")
+        axes.set(xlabel="time (s)", ylabel="signal of the tip")
+
+    return Drawing("The fit begins when the faster vibrations have died out", draw)
