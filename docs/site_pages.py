@@ -54,9 +54,11 @@ def make_all() -> None:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Put the terms where a page requests them."""
+    """Put the terms and the columns where a page requests them."""
     mark = "<!-- every force term -->"
-    return markdown.replace(mark, (MADE / "terms.md").read_text(encoding="utf-8")) if mark in markdown else markdown
+    if mark in markdown:
+        return markdown.replace(mark, (MADE / "terms.md").read_text(encoding="utf-8"))
+    return markdown.replace("<!-- every column -->", columns_text())
 
 
 def on_page_content(content: str, **_: Any) -> str:
@@ -78,6 +80,20 @@ def on_files(files: Any, **_: Any) -> Any:
     from mkdocs.structure.files import Files
 
     return Files([file for file in files if file.src_uri != "generated/terms.md"])
+
+
+def columns_text() -> str:
+    """Return a table of every column of a result's tables, a file each."""
+    from sssi_exudyn.results.data_dictionary import data_dictionary
+
+    columns = data_dictionary()
+    lines: list[str] = []
+    for file in dict.fromkeys(column.file for column in columns):
+        lines += [f"### {file}", "", "| column | unit | frame | meaning |", "|---|---|---|---|"]
+        own = (column for column in columns if column.file == file)
+        lines += [f"| `{column.name}` | {column.unit} | {column.frame} | {column.meaning} |" for column in own]
+        lines.append("")
+    return "\n".join(lines)
 
 
 def terms_page() -> str:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import importlib
 import json
+import pickle
+import re
 import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import ModuleType
 from typing import ClassVar
 
 import pytest
@@ -347,3 +351,76 @@ def test_own_laws_are_fitted(snow: Path, tmp_path: Path) -> None:
     assert estimate.se is not None
     assert 0.0 < estimate.se < 0.005  # the track says something: half the range was known beforehand
     assert "wet_snow.c" in fit.summary.fit.parameters  # type: ignore[operator]
+
+
+PAGES = EXAMPLE.parents[1] / "docs"
+
+
+def test_the_page_s_snippets_work_as_they_are_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    page = next(PAGES.rglob("own-law.md")).read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    law, use, *_ = blocks
+    module = ModuleType("page_of_laws")
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.chdir(EXAMPLE.parents[1])
+    exec(law, vars(module))
+    assert sssi_exudyn.check_term(vars(module)["WetSnow"])
+    exec(use, vars(module))
+    assert vars(module)["WetSnow"].__module__.startswith("sssi_plugin_my_snow")
+    hypothesis = next(block for block in blocks if "SteadyLaw" in block)
+    exec(hypothesis, vars(module))
+    (row,) = (row for row in sssi_exudyn.hypotheses() if row["name"] == "wet_snow")
+    assert row["adds"] == "suction of a water film"
+
+
+def test_what_was_loaded_is_returned_and_can_be_pickled(snow: Path) -> None:
+    loaded = sssi_exudyn.use_plugin(snow)
+    assert list(loaded) == ["WetSnow", "FrictionOfWetSnow"]
+    law = loaded["WetSnow"](c=0.001)
+    assert pickle.loads(pickle.dumps(law)) == law
+    assert pickle.loads(pickle.dumps(loaded["WetSnow"])) is loaded["WetSnow"]
+    script = (
+        f"import pickle, sys, sssi_exudyn; sssi_exudyn.use_plugin({str(snow)!r});"
+        "print(pickle.loads(sys.stdin.buffer.read()).c)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], input=pickle.dumps(law), capture_output=True, check=True)
+    assert float(done.stdout) == 0.001
+
+
+def test_a_plug_in_imports_its_neighbour_and_is_another_one_when_that_changes(snow: Path) -> None:
+    snow.with_name("my_table.py").write_text("FACTOR = 2.0\n", encoding="utf-8")
+    snow.write_text(f"{snow.read_text(encoding='utf-8')}\nfrom my_table import FACTOR\n", encoding="utf-8")
+    before = list(sys.path)
+    first = origin_of(use_plugin(snow)["WetSnow"])
+    assert sys.path == before
+    assert sys.modules["my_table"].FACTOR == 2.0
+    snow.with_name("my_table.py").write_text("FACTOR = 30.0\n", encoding="utf-8")
+    importlib.invalidate_caches()
+    second = origin_of(use_plugin(snow)["WetSnow"])
+    assert first is not None
+    assert second is not None
+    assert first.digest != second.digest
+    assert sys.modules["my_table"].FACTOR == 30.0
+
+
+def test_neighbours_of_one_name_are_each_plug_in_s_own(tmp_path: Path) -> None:
+    values = []
+    for number in (1, 2):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        (folder / "constants_of_snow.py").write_text(f"SIZE = {number}\n", encoding="utf-8")
+        text = EXAMPLE.read_text(encoding="utf-8").replace('"wet_snow"', f'"wet_snow_{number}"')
+        (folder / f"snow_{number}.py").write_text(f"{text}\nfrom constants_of_snow import SIZE\n", encoding="utf-8")
+        cls = use_plugin(folder / f"snow_{number}.py")["WetSnow"]
+        values.append(vars(sys.modules[cls.__module__])["SIZE"])
+    assert values == [1, 2]
+
+
+def test_the_command_lists_the_hypotheses_with_a_plug_in_s(snow: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["--plugin", str(snow), "hypotheses", "--json"])
+    assert end.value.code == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert sum(row["prior"] for row in rows) == pytest.approx(1.0, abs=1e-3)  # each is rounded to 1e-4
+    assert {row["origin"] for row in rows} == {"built in", "my_snow.py"}
+    assert rows[-1]["name"] == LATENT_FORCE.name

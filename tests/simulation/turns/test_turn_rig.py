@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from sssi_exudyn.bodies.ski.ski import read_ski
+from sssi_exudyn.bodies.ski.ski import SkiUncertainty, read_ski
 from sssi_exudyn.simulation.turns.steady_turn import TurnCase
 from sssi_exudyn.simulation.turns.turn_rig import UNCERTAIN, RigPoint, difference, rig_points
 
@@ -47,3 +49,22 @@ def test_a_difference_is_known_better_than_the_radii(points: list[RigPoint]) -> 
 
 def test_no_difference_from_a_ski_that_slips(points: list[RigPoint]) -> None:
     assert difference(points[0], RigPoint("none", points[0].edge, None, "slips")) is None
+
+
+def test_the_error_of_a_ski_s_own_stiffness_widens_its_bar_and_the_difference(points: list[RigPoint]) -> None:
+    known = points[0]
+    measured = replace(SKIS[0], uncertainty=SkiUncertainty(bending=0.2, torsion=0.2))
+    (unsure,) = rig_points([measured], [known.edge], TurnCase(), lambda *_: None)
+    assert unsure.radius == known.radius
+    assert len(unsure.own) == 2
+    assert all(pair[0] != pair[1] for pair in unsure.own)
+    assert unsure.radius_high - unsure.radius_low > known.radius_high - known.radius_low
+    sharp, blunt = difference(known, points[1]), difference(unsure, points[1])
+    assert sharp is not None
+    assert blunt is not None
+    assert blunt.share == sharp.share
+    assert blunt.error > sharp.error
+    same = difference(unsure, known)
+    assert same is not None
+    assert same.interval[0] < 0.0 < same.interval[1]  # its own error is not shared
+    assert not same.is_significant
