@@ -82,17 +82,20 @@ class Profile:
 
 @dataclass(frozen=True)
 class SkiUncertainty:
-    """Standard errors of a ski's stiffness as shares of it, such as its bench tests gave them."""
+    """Standard errors of a ski as shares, such as its bench tests gave them."""
 
     bending: float = quantity(0.0, "1", low=0.0, high=0.5, source="bench tests", meaning="of EI, all along the ski")
     torsion: float = quantity(0.0, "1", low=0.0, high=0.5, source="bench tests", meaning="of GJ, all along the ski")
+    outline: float = quantity(
+        0.0, "1", low=0.0, high=0.5, source="bench tests", meaning="of a turn's radius, from the points of the outline"
+    )
 
 
 @dataclass(frozen=True)
 class Ski:
     """One ski: three profiles and the numbers of its material (SI).
 
-    uncertainty : standard errors of its stiffness; None where they are not known
+    uncertainty : standard errors of its stiffness and outline; None where they are not known
 
     Examples
     --------
@@ -330,7 +333,7 @@ def ski_to_table(ski: Ski) -> dict[str, object]:
         millimetres = [round(1e3 * value, 9) for value in profile.value]
         table[name] = {"s": list(profile.s), "mm": millimetres, "between": list(profile.between)}
     if ski.uncertainty is not None:
-        table[_UNCERTAINTY] = {"bending": ski.uncertainty.bending, "torsion": ski.uncertainty.torsion}
+        table[_UNCERTAINTY] = {name: getattr(ski.uncertainty, name) for name in quantities(SkiUncertainty)}
     return table
 
 
@@ -340,8 +343,9 @@ def _number_keys() -> dict[str, str]:
 
 
 def _uncertainty(table: object, file: str | Path, place: str) -> SkiUncertainty:
-    if not isinstance(table, Mapping) or set(table) != {"bending", "torsion"}:
-        raise InputError(file, place, "it has exactly the keys bending and torsion", "give shares such as 0.02")
+    names = quantities(SkiUncertainty)
+    if not isinstance(table, Mapping) or not set(table) <= set(names):
+        raise InputError(file, place, f"its keys are {', '.join(names)}", "give shares such as 0.02")
     return build_checked(SkiUncertainty, dict(table), file, place)
 
 

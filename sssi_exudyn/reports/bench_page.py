@@ -28,7 +28,7 @@ _NO_TORSION: Final = (
     "standard error is taken as 30 %."
 )
 _STIFFNESS: Final = (
-    "The ski's file carries the standard errors of its stiffness on to steady turns: of EI from the line of the "
+    "The ski's file carries its standard errors on to steady turns: of EI from the line of the "
     "bending test, of GJ from that of the torsion test. The caliper's error changes modulus and thickness together "
     "and cancels in EI and GJ."
 )

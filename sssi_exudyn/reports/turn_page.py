@@ -236,7 +236,11 @@ def _span(values: Sequence[float]) -> str:
 def _own_errors(skis: Sequence[Ski]) -> str:
     """Name the skis whose stiffness has errors of its own."""
     known = [ski.name for ski in skis if ski.uncertainty is not None]
-    return f", and of the stiffness of {escape(', '.join(known))}" if known else "; the skis are taken as exactly known"
+    return (
+        f", and of stiffness and outline of {escape(', '.join(known))}"
+        if known
+        else "; the skis are taken as exactly known"
+    )
 
 
 def _loss_tables(names: Sequence[str], points: Sequence[RigPoint]) -> tuple[Block, ...]:
@@ -247,7 +251,7 @@ def _loss_tables(names: Sequence[str], points: Sequence[RigPoint]) -> tuple[Bloc
     return tuple(blocks)
 
 
-_OWN: Final = ("bending stiffness", "torsional stiffness")
+_OWN: Final = ("bending stiffness", "torsional stiffness", "outline")
 
 
 def _share_tables(skis: Sequence[Ski], points: Sequence[RigPoint]) -> tuple[Block, ...]:
@@ -261,7 +265,7 @@ def _share_tables(skis: Sequence[Ski], points: Sequence[RigPoint]) -> tuple[Bloc
         for index, source in enumerate(UNCERTAIN):
             rows.append([f"{source.name}, {source.amount}", *(_radii(point.curvatures[index]) for point in own)])
         if ski.uncertainty is not None:
-            shares = (ski.uncertainty.bending, ski.uncertainty.torsion)
+            shares = (ski.uncertainty.bending, ski.uncertainty.torsion, ski.uncertainty.outline)
             for index, (word, share) in enumerate(zip(_OWN, shares, strict=True)):
                 rows.append([f"{word}, {100.0 * share:.1f} %", *(_radii(point.own[index]) for point in own)])
         blocks += [Heading(ski.name), Grid(rows)]

@@ -67,8 +67,8 @@ class RigPoint:
     turn : None where there is no steady turn, for which ``problem`` gives the reason
     curvatures, reserves : for each of ``UNCERTAIN``, with one standard deviation less and more; None where there is no
         steady turn
-    own : curvatures with the ski's own bending and torsional stiffness one standard error less and more; empty where
-        their errors are not known
+    own : curvatures with the ski's own bending and torsional stiffness and its outline one standard error less and
+        more; empty where their errors are not known
     """
 
     ski: str
@@ -157,7 +157,7 @@ def difference(point: RigPoint, other: RigPoint) -> Difference | None:
     """Return the difference of two skis at one edge angle; None where one of them does not turn.
 
     Snow and posture are the same for both skis, so each of their errors changes both radii at once, and only the change
-    of the ratio counts.  The stiffness of either ski has an error of its own.  All add up as squares.
+    of the ratio counts.  Either ski's stiffness and outline have errors of their own.  All add up as squares.
     """
     if point.radius is None or other.radius is None:
         return None
@@ -193,7 +193,7 @@ def rig_points(
             if point.turn is not None and others:
                 case_here = point.turn.case
                 own = [tuple(_curvature(case_here, replace(rolling, ski=one)) for one in pair) for pair in others]
-                point = replace(point, own=tuple((low, high) for low, high in own))
+                point = replace(point, own=(*((low, high) for low, high in own), _of_outline(point.turn, ski)))
             points.append(point)
     return points
 
@@ -207,6 +207,12 @@ def _skis_of_errors(ski: Ski) -> tuple[tuple[EdgeSki, EdgeSki], ...]:
         low, high = (edges_of(replace(ski, **{modulus: getattr(ski, modulus) * f})) for f in (1.0 - error, 1.0 + error))
         pairs.append((low, high))
     return tuple(pairs)
+
+
+def _of_outline(turn: SteadyTurn, ski: Ski) -> tuple[float, float]:
+    """Return the curvature one standard error of the ski's outline less and more."""
+    error = 0.0 if ski.uncertainty is None else ski.uncertainty.outline
+    return turn.curvature * (1.0 - error), turn.curvature * (1.0 + error)
 
 
 def _curvature(case: TurnCase, rolling: Rolling) -> float | None:

@@ -53,10 +53,10 @@ def test_no_difference_from_a_ski_that_slips(points: list[RigPoint]) -> None:
 
 def test_the_error_of_a_ski_s_own_stiffness_widens_its_bar_and_the_difference(points: list[RigPoint]) -> None:
     known = points[0]
-    measured = replace(SKIS[0], uncertainty=SkiUncertainty(bending=0.2, torsion=0.2))
+    measured = replace(SKIS[0], uncertainty=SkiUncertainty(bending=0.2, torsion=0.2, outline=0.01))
     (unsure,) = rig_points([measured], [known.edge], TurnCase(), lambda *_: None)
     assert unsure.radius == known.radius
-    assert len(unsure.own) == 2
+    assert len(unsure.own) == 3
     assert all(pair[0] != pair[1] for pair in unsure.own)
     assert unsure.radius_high - unsure.radius_low > known.radius_high - known.radius_low
     sharp, blunt = difference(known, points[1]), difference(unsure, points[1])
