@@ -12,10 +12,13 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from sssi_exudyn.api.arguments import RecordingOrFolder, recording_of
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.text import csv_cell, csv_of, did_you_mean
 from sssi_exudyn.io.writing import check_file_name, folder_lock, write_atomically
+from sssi_exudyn.reports.gltf import gltf_bytes
+from sssi_exudyn.reports.track_export import TRACK_FORMATS, track_text
 from sssi_exudyn.results.data_dictionary import Column, describe, unit_of
 from sssi_exudyn.results.folder import COLUMNS, CSV, DRAWS, MEASURED, SECOND_HALF, SERIES, TURNS
 from sssi_exudyn.results.stored import StoredRun
@@ -137,6 +140,51 @@ class ResultTables:
             for name, table in sheets.items():
                 _clean(table).to_excel(writer, sheet_name=name, index=False, freeze_panes=(1, 1))
         write_atomically(path, buffer.getvalue())
+        return path
+
+    def to_track(self, file: str | os.PathLike[str], recording: RecordingOrFolder) -> Path:
+        """Write the simulated track of the antenna for maps (.gpx, .kml or .geojson), and return that file's path.
+
+        Parameters
+        ----------
+        file : its ending chooses the format
+        recording : the recording or its folder, whose GPS has the place of the origin
+
+        Raises InputError for another ending and for a recording without GPS, SssiError where the library of the format
+        is not installed.
+
+        Examples
+        --------
+        >>> result.to_track("beginner.kml", "examples/beginner")
+        """
+        from sssi_exudyn.recording.read import read_recording
+
+        path = Path(file)
+        if path.suffix not in TRACK_FORMATS:
+            raise InputError(path, "", "no format of tracks", f"end its name in {', '.join(TRACK_FORMATS)}")
+        check_file_name(path)
+        given = recording_of(recording)
+        whole = read_recording(given) if isinstance(given, Path) else given
+        if whole.gps is None:
+            raise InputError("to_track", whole.name, "the recording has no GPS, so its place is unknown", "add it")
+        write_atomically(path, track_text(self.stored, whole.gps.origin, path.suffix))
+        return path
+
+    def to_gltf(self, file: str | os.PathLike[str]) -> Path:
+        """Write the run as an animated 3D scene (.glb) and return that file's path.
+
+        It has a node a segment and ski.  Raises InputError for another ending and for a result without a skeleton,
+        SssiError where pygltflib is not installed.
+
+        Examples
+        --------
+        >>> result.to_gltf("beginner.glb")
+        """
+        path = Path(file)
+        if path.suffix != ".glb":
+            raise InputError(path, "", "no binary glTF", "end its name in .glb")
+        check_file_name(path)
+        write_atomically(path, gltf_bytes(self.stored))
         return path
 
     def _columns(self, names: Sequence[str]) -> pd.DataFrame:
