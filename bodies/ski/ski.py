@@ -394,5 +394,5 @@ def uniform_ski(
         length=length,
         mass=mass,
         young_modulus=young_modulus,
-        **({"boot_centre": 0.5 * length} | numbers),
+        **({"boot_centre": 0.5 * length} | numbers),  # type: ignore[arg-type]  # numbers alone
     )

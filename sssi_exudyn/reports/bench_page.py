@@ -53,17 +53,17 @@ def bench_page(measured: Measurements, identified: IdentifiedSki) -> str:
         f"The ski as identified vibrates at {identified.predicted_frequency:.2f} Hz, {missed:+.1f} % from the measured "
         f"{identified.frequency.value:.2f} Hz, which its stiffness was not fitted to."
     )
-    torsion = [Text(_NO_TORSION)]
+    torsion: Text | Drawing = Text(_NO_TORSION)
     if identified.torsion is not None:
         degrees = np.degrees(measured.twist)
         line = Line(*(float(np.degrees(value)) for value in vars(identified.torsion).values()))
-        torsion = [_line_drawing(measured.moment, degrees, line, ("moment (N m)", "twist (degrees)"))]
+        torsion = _line_drawing(measured.moment, degrees, line, ("moment (N m)", "twist (degrees)"))
     millimetres = Line(*(1e3 * value for value in vars(identified.bending).values()))
     bending = _line_drawing(measured.force, 1e3 * measured.deflection, millimetres, ("force (N)", "deflection (mm)"))
     sections = [
         Section("Numbers", (Grid(rows), Text(check), Text(_STIFFNESS))),
         Section("Three-point bending", (bending,)),
-        Section("Torsion", tuple(torsion)),
+        Section("Torsion", (torsion,)),
         Section("Free vibration", (_vibration(measured, identified),)),
         Section("The ski's curves", curve_drawings([ski])),
     ]

@@ -236,11 +236,9 @@ def _span(values: Sequence[float]) -> str:
 def _own_errors(skis: Sequence[Ski]) -> str:
     """Name the skis whose stiffness has errors of its own."""
     known = [ski.name for ski in skis if ski.uncertainty is not None]
-    return (
-        f", and of stiffness and outline of {escape(', '.join(known))}"
-        if known
-        else "; the skis are taken as exactly known"
-    )
+    if not known:
+        return "; the skis are taken as exactly known"
+    return f", and of stiffness and outline of {escape(', '.join(known))}"
 
 
 def _loss_tables(names: Sequence[str], points: Sequence[RigPoint]) -> tuple[Block, ...]:

@@ -240,8 +240,8 @@ def amend_result(
         for name, text in (texts or {}).items():
             (new / name).write_text(text, encoding="utf-8")
         (new / REPORT).write_text(render(new), encoding="utf-8")
-        for table in set(CSV) & set(tables or {}):
-            (new / CSV[table]).unlink(missing_ok=True)  # it would be another table's
+        for changed in set(CSV) & set(tables or {}):
+            (new / CSV[changed]).unlink(missing_ok=True)  # it would be another table's
         _write_columns(new)
 
 
