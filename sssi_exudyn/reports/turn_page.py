@@ -208,8 +208,8 @@ def turn_sentences(names: Sequence[str], points: Sequence[RigPoint]) -> list[str
     sentences = []
     for name in names[1:]:
         changes = [difference(by[name, edge], by[names[0], edge]) for edge in edges]
-        told = [change for change in changes if change is not None and change.is_significant]
-        parts = [_said([c for c in told if (c.share < 0.0) == tighter], word) for tighter, word in _DIRECTIONS]
+        significant = [change for change in changes if change is not None and change.is_significant]
+        parts = [_said([c for c in significant if (c.share < 0.0) == tighter], word) for tighter, word in _DIRECTIONS]
         words = " and ".join(part for part in parts if part)
         if not words:
             words = "turns neither tighter nor wider by more than is uncertain"

@@ -55,8 +55,9 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_package_list_is_the_folders_that_exist(declared: dict[str, Any]) -> None:
     packages = {".".join(("sssi_exudyn", *path.parts[:-1])) for path in installed() if path.suffix == ".py"}
-    recordings = {f"sssi_exudyn.examples.{path.parent.name}" for path in ROOT.glob("examples/*/recording.toml")}
-    assert set(declared["tool"]["setuptools"]["packages"]) == packages | recordings
+    data = [path for name in ("recording", "bench") for path in ROOT.glob(f"examples/*/{name}.toml")]
+    examples = {f"sssi_exudyn.examples.{path.parent.name}" for path in data}
+    assert set(declared["tool"]["setuptools"]["packages"]) == packages | examples
 
 
 @pytest.mark.parametrize("name", FOLDERS)
