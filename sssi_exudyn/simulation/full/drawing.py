@@ -41,7 +41,7 @@ _BOX: Final = np.array([[0, 1, 5], [0, 5, 4], [3, 2, 6], [3, 6, 7], [1, 3, 7], [
 class DrawnSkier:
     """The skier's segments, boots, poles and skis as the coordinates of Exudyn's system have them.
 
-    Nodes of skis count from their feet (docs/notebook/decisions/0001), so that Exudyn itself would draw them at the origin.
+    Nodes of skis count from their feet (docs/notebook/decisions/0001): Exudyn itself would draw them at the origin.
     """
 
     def __init__(self, parts: Parts, system: System) -> None:
