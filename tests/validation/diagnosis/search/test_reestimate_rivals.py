@@ -12,10 +12,12 @@ from a_linear_model import LEVELS
 from bundled import bundled, steady
 from explanations import explained, ranked
 
+from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.validation.diagnosis.context import diagnosis_problem, no_nuisances
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import compare_hypotheses
 from sssi_exudyn.validation.diagnosis.search.explanation import Nothing, Refitted, Round
 from sssi_exudyn.validation.diagnosis.search.reestimate_rivals import estimate_rivals, weigh_about
@@ -23,7 +25,19 @@ from sssi_exudyn.validation.diagnosis.search.second_law import count_second_law
 from sssi_exudyn.validation.diagnosis.state import Reestimate, State, first_fit
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
-PROBLEM: Any = SimpleNamespace(hypotheses=())
+
+@dataclass(frozen=True)
+class Problem:
+    """Stands for a problem without hypotheses, of which progress alone is asked."""
+
+    hypotheses: tuple[Hypothesis, ...] = ()
+    progress: Advance = silent
+
+    def reporting(self, _begin: float, _end: float) -> Problem:
+        return replace(self)
+
+
+PROBLEM: Any = Problem()
 FIT: Any = SimpleNamespace()
 
 
