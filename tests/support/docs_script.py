@@ -1,5 +1,6 @@
 """Scripts of the documentation as modules."""
 
+import importlib
 import importlib.util
 from pathlib import Path
 from types import ModuleType
@@ -13,7 +14,7 @@ def docs_script(name: str) -> ModuleType:
     """Import the script of that name in ``docs``, where it finds its neighbours."""
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(DOCS)
-        return module_from(DOCS / f"{name}.py")
+        return importlib.import_module(name)
 
 
 def module_from(path: Path) -> ModuleType:
