@@ -1,4 +1,4 @@
-"""Check of the prose that users read: guide, README, help, docstrings of public names, messages of errors.
+"""Check of the prose that users read: guide, theory, README, help, docstrings of public names, messages of errors.
 
     python docs/prose.py            list what breaks a rule, and fail where anything does
     python docs/prose.py PAGE…      the same of these pages alone
@@ -40,7 +40,7 @@ OFF: Final = (
     "UnclosedQuotes", "PhrasalVerbAsCompoundNoun", "OrthographicConsistency", "SplitWords", "MissingDeterminer",
     "QuantifierNeedsOf", "NoOxfordComma", "MergeWords", "CompoundNouns", "NounVerbConfusion", "Overall", "TheLastDays",
     "MissingPreposition", "ExpandStandardInputAndOutput", "CondenseAllThe", "DiscourseMarkers", "MassNouns", "SingleBe",
-    "The",
+    "The", "DisjointPrefixes", "ModalBeAdjective",
 )  # fmt: skip
 """Rules that answer to names, units and numbers more often than to mistakes; sentences' length is checked here."""
 
@@ -75,6 +75,7 @@ PAGES: Final = [
     DOCS / "index.md",
     *sorted(page for page in (DOCS / "guide").glob("*.md") if page.name not in UNREAD),
     *sorted((DOCS / "api").glob("*.md")),
+    *sorted((DOCS / "theory").glob("*.md")),
 ]
 
 
@@ -162,7 +163,7 @@ def broken(passages: list[Passage]) -> Iterator[tuple[str, str, str]]:
     for passage in passages:
         starts.append(len(text))
         words = re.sub(r"\s+", " ", passage.text).strip()
-        text += re.sub(r"(?<=[\s(_])([A-Za-z]|kg|mm)\.(?= |$)", r"\1 .", words) + "\n\n"  # units, not abbreviations
+        text += re.sub(r"(?:^|(?<=[\s(_/]))([A-Za-z]|kg|mm)\.(?= |$)", r"\1 .", words) + "\n\n"  # units and initials
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "prose.txt"
         file.write_text(text, encoding="utf-8")
