@@ -44,7 +44,7 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
         ("S_f, strength (Pa)", _with_error(figures.strength_Pa)),
         ("friction along the edges against the load, as μ_t", number(figures.equivalent_mu_t)),
         ("force of the grooves' walls against the load, as μ_n (lateral load ratio)", number(figures.equivalent_mu_n)),
-        ("side reserve of the outer ski, mean", number(figures.side_reserve_mean)),
+        ("side reserve of the outside ski, mean", number(figures.side_reserve_mean)),
         ("less for a twentieth of the run than", number(figures.side_reserve_least)),
         ("yaw of the skis against the feet, rms (°)", number(figures.ski_yaw_rms_deg)),
         ("roll of the skis against the feet, rms (°)", number(figures.ski_roll_rms_deg)),

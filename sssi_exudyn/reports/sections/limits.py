@@ -56,7 +56,7 @@ def _lines(run: StoredRun) -> list[str]:
     if uncertainty is not None and uncertainty.missed is not None:
         kind, times = uncertainty.missed
         lines.append(
-            f"The residual of the {kind} is {times:.0f} times the noise of such instruments: the model leaves something"
+            f"The residual of the {kind} is {times:.0f} times the noise of such instruments. The model leaves something"
             " out, such as waves of the snow that no height shows, and the intervals may not hold that."
         )
     if summary.residual_moment.verdict == "bad":

@@ -19,7 +19,7 @@ MU_N: Final = (
 )
 """What the coefficient across the ski means, said wherever it is printed."""
 _ABOUT: Final = (
-    "What the turns needed is the force across the path over the load; effective friction is the energy that the snow"
+    "What the turns needed is the force across the path over the load. Effective friction is the energy that the snow"
     " took over the load times the path, skidding included. These compare between skiers."
     " Energy lost is that of the centre of mass for each kilogram and metre of drop: 9.81 where speed does not rise."
 )
