@@ -91,8 +91,8 @@ def _noise_and_corrections(figures: UncertaintyFigures) -> tuple[Block, ...]:
     verdict = (
         "All corrections are within three standard deviations of what the instruments allow."
         if figures.fits_priors
-        else "At least one correction is beyond three standard deviations. The posture, or what was stated, contradicts "
-        "the measurements by more than the known errors of the instruments."
+        else "At least one correction is beyond three standard deviations. The posture, or what was stated, "
+        "contradicts the measurements by more than the known errors of the instruments."
     )
     return (
         Heading("Noise of the measurements"),
