@@ -230,6 +230,32 @@ def make_gallery() -> None:
         axes.legend()
 
     save("speeds", speeds)
+    save("budget", partial(draw_budget, run))
+    save("radii", draw_radii)
+
+
+def draw_budget(run: Any, axes: Any) -> None:
+    """Draw the largest shares of the variance of friction along the ski."""
+    shares = sorted(run.uncertainty.shares["mu_t"].items(), key=lambda part: part[1])[-8:]
+    axes.barh([name for name, _ in shares], [100.0 * share for _, share in shares])
+    axes.set(xlabel="share of the variance of μ_t (%)", title="beginner: where the uncertainty comes from")
+
+
+def draw_radii(axes: Any) -> None:
+    """Draw the radius of two skis over the edge angle, with the bars of snow and posture."""
+    import sssi_exudyn
+
+    skis = ("slalom_165", "volkl_kendo_184")
+    rows = sssi_exudyn.turn(skis, "30:60:15")
+    for ski in skis:
+        edge, radius, low, high = (
+            [row[key] for row in rows if row["ski"] == ski]
+            for key in ("edge_deg", "radius_m", "radius_low_m", "radius_high_m")
+        )
+        axes.plot(edge, radius, marker="o", label=ski)
+        axes.fill_between(edge, low, high, alpha=0.2)
+    axes.set(xlabel="edge angle (°)", ylabel="radius (m)", title="steady turns at 700 N and 10 m/s")
+    axes.legend()
 
 
 if __name__ == "__main__":
