@@ -35,12 +35,17 @@ def latex(formula: str) -> str:
 
 
 def mathml(source: str, *, block: bool) -> str:
-    """Return the MathML of LaTeX; the lines of a block stand below each other."""
+    """Return the MathML of LaTeX; the lines of a block stand below each other.
+
+    Raises ValueError for a command that the converter does not know.
+    """
     from latex2mathml.converter import convert
 
-    if not block:
-        return convert(source)
-    return "".join(convert(line, display="block") for line in re.split(r"\s*\\\\\s+", source.strip()))
+    lines = re.split(r"\s*\\\\\s+", source.strip()) if block else [source]
+    made = "".join(convert(line, display="block" if block else "inline") for line in lines)
+    if "\\" in made:
+        raise ValueError(f"a command is not known: {source}")
+    return made
 
 
 def _composed(text: str) -> str:
