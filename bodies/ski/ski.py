@@ -136,7 +136,7 @@ class Ski:
 
     @staticmethod
     def load(ski: str | Path) -> Ski:
-        """Return a ski of the catalogue by its name, or the one ski in a .toml file.
+        """Return a ski of the catalogue by its name, or the one ski in a ``.toml`` file.
 
         Raises InputError for an unknown name, with the nearest one, and for a file that is no ski.
 
@@ -209,20 +209,20 @@ class Ski:
         return self.shear_modulus * self.width(s) * self.thickness(s) ** 3 / 3.0
 
     def axial_stiffness(self, s: ArrayLike) -> Array:
-        """Return EA = E·w·t (N)."""
+        """Return the stiffness E·w·t (N) along the ski."""
         return self.young_modulus * self.width(s) * self.thickness(s)
 
     def shear_stiffness(self, s: ArrayLike) -> Array:
         """Return κ·E/(2(1 + ν))·w·t (N), κ = 10(1 + ν)/(12 + 11ν).
 
-        Cowper, "The shear coefficient in Timoshenko's beam theory", J. Appl. Mech. 33 (1966).  The modulus is that of
-        E and ν: ``shear_modulus`` is an effective figure for twisting a layered section.
+        The formula is that of Cowper (1966, https://doi.org/10.1115/1.3625046) for beams with shear.  The modulus follows from E and
+        ν, since ``shear_modulus`` is an effective figure for twisting a layered section.
         """
         nu = self.poisson_ratio
         return 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu) / (2.0 * (1.0 + nu)) * self.axial_stiffness(s)
 
     def mass_per_length(self, s: ArrayLike) -> Array:
-        """Return the mass a metre of straight length (kg/m): the ski's mass spread as w·t."""
+        """Return the mass a metre of straight length (kg/m): the ski's mass is spread as ``w·t``."""
         area = integrate_pieces(self, np.array([0.0, 1.0]), lambda r: self.width(r) * self.thickness(r)).item()
         return self.mass / (self.length * area) * self.width(s) * self.thickness(s)
 

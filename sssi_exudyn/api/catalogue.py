@@ -34,8 +34,8 @@ def terms() -> list[dict[str, str | float]]:
 def hypotheses() -> list[dict[str, str | float]]:
     """List every hypothesis of the diagnosis.
 
-    A row is a hypothesis: its name, what it adds to the model, its share of the prior probability, its origin (built
-    in, or a plug-in), and what it proposes.
+    A row is a hypothesis.  It has its name, what it adds to the model, what it proposes and its prior probability.
+    Its origin is built in, or a plug-in.
 
     Examples
     --------

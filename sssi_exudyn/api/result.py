@@ -180,7 +180,7 @@ def result_of(made: Made, folder: Path | None, *, csv: bool = False) -> Result:
     result = Result(made.run, made.opensim, folder)
     if csv:
         if folder is None:
-            raise InputError("csv", "", "there is no folder to write into", "give out, or use result.to_csv")
+            raise InputError("--csv", "", "there is no folder to write into", "give out, or use result.to_csv")
         result.to_csv(folder)
     return result
 

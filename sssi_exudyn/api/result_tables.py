@@ -129,7 +129,7 @@ class ResultTables:
         """
         path = Path(file)
         if path.suffix != ".xlsx":
-            raise InputError(path, "", "no workbook", "end its name in .xlsx")
+            raise InputError(path, "", "no workbook", "end its name in '.xlsx'")
         check_file_name(path)
         import_for("to_excel", "openpyxl", "export")
         sheets = {"figures": pd.DataFrame(_flat(summary_to_dict(self.stored.summary)), columns=["figure", "value"])}
@@ -182,7 +182,7 @@ class ResultTables:
         """
         path = Path(file)
         if path.suffix != ".glb":
-            raise InputError(path, "", "no binary glTF", "end its name in .glb")
+            raise InputError(path, "", "no binary glTF", "end its name in '.glb'")
         check_file_name(path)
         write_atomically(path, gltf_bytes(self.stored))
         return path

@@ -71,7 +71,7 @@ def test_the_section_shows_what_the_file_holds(tmp_path: Path) -> None:
     assert section.count("<svg") == 7  # track, force before, on each foot and after, slope from above, probabilities
     assert "The same force on the left foot" in section
     assert "+12.5" in section
-    assert "longest arrow 50 N" in section
+    assert "the longest 50 N" in section  # of the arrows
     assert "left out of a fit once" in section
     assert "after, left out" in section
     assert "In turn 1 the snow is slower." in section
