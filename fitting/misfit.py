@@ -24,8 +24,8 @@ _AT_BOUND: Final = 0.98
 recordings the level is at 0.42 of it; with a clock of one instrument 3 s wrong, in all that were tried, at 1.00."""
 _ASIDE: Final = 2.0 * 12.0**-0.5
 """Two standard deviations, times the root mean square distance from its mean of a path that leads aside evenly, over
-that at its end.  Of recordings without faults, 0.5 to 0.7 of what is allowed so is reached by the paper's fit, and
-0.66 by one of few sensors; with a clock 3 s wrong 1.5 to 2.1.
+that at its end.  In recordings without faults the paper's fit misses the track by 0.1 to 0.4 of that, one of few
+sensors by 0.7; with a clock 3 s wrong it is 1.5 to 2.1.
 """
 _CHECK: Final = "check time_offset_s of every instrument, sigma_m of the receiver, and skier and equipment"
 

@@ -11,6 +11,7 @@ from sssi_exudyn.recording.cross_checks.elevation_unit import ElevationUnit
 from sssi_exudyn.recording.cross_checks.joint_motion import JointMotion
 from sssi_exudyn.recording.cross_checks.load_and_weight import LoadAndWeight
 from sssi_exudyn.recording.cross_checks.loaded_foot import LoadedFoot
+from sssi_exudyn.recording.cross_checks.saturated_loads import SaturatedLoads
 from sssi_exudyn.recording.cross_checks.sensor_turning import SensorTurning
 from sssi_exudyn.recording.cross_checks.stated_heading import StatedHeading
 from sssi_exudyn.recording.cross_checks.stated_slope import StatedSlope
@@ -30,5 +31,6 @@ CHECKS: Final[tuple[Check, ...]] = (
     TurningOffset(),
     LoadAndWeight(),
     LoadedFoot(),
+    SaturatedLoads(),
     ElevationUnit(),
 )

@@ -84,6 +84,24 @@ def test_the_inside_foot_is_not_the_loaded_one(tmp_path: Path, change: Callable[
     assert "the loaded foot is the inside one in the turns" in notices(tmp_path, Tiny(insoles=change(loads(4))))
 
 
+def clipped(share: float, *names: str) -> Columns:
+    """Return loads that end at a share of their largest value, in some columns."""
+    columns = loads(2)
+    return columns | {name: np.minimum(columns[name], share * np.max(columns[name])) for name in names}
+
+
+@pytest.mark.parametrize(
+    ("insoles", "words"),
+    [
+        (clipped(0.9, "left_1_N", "left_2_N"), "the left foot's load stands at its largest value for"),
+        (clipped(0.95, "right_1_N"), "the right foot's load of 1 cell(s) stands at its largest value for"),
+        (clipped(0.8, "right_1_N", "right_2_N", "left_1_N"), "the left foot's load of 1 cell(s) stands"),
+    ],
+)
+def test_insoles_at_the_end_of_their_range_are_noticed(tmp_path: Path, insoles: Columns, words: str) -> None:
+    assert words in notices(tmp_path, Tiny(insoles=insoles))
+
+
 @pytest.mark.parametrize(("seconds", "factor"), [(4.0, 1.0), (4.0, 0.85), (5.5, 1.2)])
 def test_a_turn_or_two_say_nothing_of_a_clock(tmp_path: Path, seconds: float, factor: float) -> None:
     rotations, gps = motion(swing=2.5)
@@ -189,6 +207,15 @@ def test_a_way_up_is_no_run(tmp_path: Path) -> None:
     tiny.gps["altitude_m"] = 2.0 * heights[0] - heights
     with pytest.raises(InputError, match=r"gps.csv: column altitude_m: the track climbs by 1\d m"):
         read_recording(tiny.write(tmp_path))
+
+
+@pytest.mark.parametrize("seconds", [3.0, 1.2, 5.0])
+def test_a_capture_that_is_frozen_is_noticed(tmp_path: Path, seconds: float) -> None:
+    def freeze(rotations: Columns) -> None:
+        for angles in rotations.values():
+            angles[60 : 61 + round(60.0 * seconds)] = angles[60]
+
+    assert f"nothing moves from 1.00 to {1.0 + seconds:.2f} s: the capture stopped" in notices(tmp_path, frames(freeze))
 
 
 def test_a_skier_who_hardly_moves_is_noticed(tmp_path: Path) -> None:
