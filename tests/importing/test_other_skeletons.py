@@ -5,34 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-import ezc3d
 import numpy as np
 import pytest
-from bvh_file import cmu, rokoko
-from c3d_file import marker_places, write_c3d
+from bvh_file import SEGMENTS, cmu, from_t_pose, rokoko
+from c3d_file import marker_places, write_c3d, write_theia
 from scipy.spatial.transform import Rotation
 from swinging import COUNT, HEIGHT, RATE, chain_coordinates
 
 from sssi_exudyn.bodies.skier.chain import SEGMENT, Poses, average_geometry, forward_kinematics
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.core.frames import BODY_FROM_BVH, Array
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.importing.bvh_writer import bvh_text
 from sssi_exudyn.importing.motion_formats import read_motion
-from sssi_exudyn.motion.capture_to_chain import Capture, capture_in_body_axes, hanging_from_t_pose
+from sssi_exudyn.motion.capture_to_chain import Capture, capture_in_body_axes
 from sssi_exudyn.recording.instruments.bvh import read_bvh, world_rotations
-
-SEGMENTS = {
-    "Hips": "pelvis", "Spine2": "torso", "Head": "head",
-    **{
-        f"{word}{joint}": f"{segment}_{word[0].lower()}"
-        for word in ("Left", "Right")
-        for joint, segment in (
-            ("UpLeg", "femur"), ("Leg", "tibia"), ("Foot", "calcn"), ("Arm", "humerus"), ("ForeArm", "radius"),
-            ("Hand", "hand"),
-        )
-    },
-}  # fmt: skip
-"""Segments of the skier by the joints of a recording that move them."""
 
 
 @pytest.fixture(scope="module")
@@ -42,11 +28,7 @@ def poses() -> Poses:
 
 @pytest.fixture(scope="module")
 def world(poses: Poses) -> dict[str, Array]:
-    """Return the rotation (n, 3, 3) of every segment from the T-pose, in BVH axes."""
-    return {
-        joint: BODY_FROM_BVH.T @ poses.rotation[:, SEGMENT[segment]] @ hanging_from_t_pose(joint).T @ BODY_FROM_BVH
-        for joint, segment in SEGMENTS.items()
-    }
+    return from_t_pose(poses)
 
 
 def write(path: Path, text: str) -> Path:
@@ -91,50 +73,13 @@ def test_another_skeleton_needs_a_height_and_all_joints(tmp_path: Path, kind: st
         read_motion(write(tmp_path / "run.bvh", text.replace(f" Left{lost}\n", " Thing\n")), HEIGHT)
 
 
-def theia(path: Path, poses: Poses, *, y_up: bool = False, lost: int = 0, without: str = "") -> Path:
-    """Write the segments' poses as Theia3D does: no points, axes x right, y forward, z up, origins in mm.
-
-    Labels are those of ``C3DRotationExample.c3d`` of github.com/pyomeca/ezc3d-testFiles.
-    """
-    axes = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # right, forward, up in body axes
-    segments = {"pelvis": ("pelvis", axes), "torso": ("torso", axes), "head": ("head", axes), "neck": ("torso", axes)}
-    origins = {"neck": "head", "torso": "head"}
-    for side, left in (("l", 1.0), ("r", -1.0)):
-        for name, segment in (("thigh", "femur"), ("shank", "tibia"), ("foot", "calcn"), ("uarm", "humerus")):
-            segments[f"{side}_{name}"] = (f"{segment}_{side}", axes)
-        palms = Rotation.from_euler("z", -90.0 * left, degrees=True).as_matrix() @ axes  # thumbs outwards
-        segments |= {f"{side}_larm": (f"radius_{side}", palms), f"{side}_hand": (f"hand_{side}", palms)}
-        segments[f"{side}_toes"] = (f"calcn_{side}", axes)
-        origins |= {f"{side}_larm": f"ulna_{side}", f"{side}_foot": f"talus_{side}", f"{side}_toes": f"toes_{side}"}
-    file = ezc3d.c3d()
-    labels = [name for name in ("worldbody", *segments) if name != without]
-    rotations = np.tile(np.eye(4)[:, :, None, None], (1, 1, len(labels), COUNT))
-    swapped = np.eye(3)[[1, 2, 0]] if y_up else np.eye(3)
-    for index, name in enumerate(labels):
-        if name == "worldbody":
-            continue
-        segment, turned = segments[name]
-        rotations[:3, :3, index] = np.moveaxis(swapped @ poses.rotation[:, SEGMENT[segment]] @ turned, 0, -1)
-        origin = poses.origin[:, SEGMENT[origins.get(name, segment)]]
-        rotations[:3, 3, index] = 1000.0 * swapped @ origin.T
-    rotations[:, :, 1, :lost] = 0.0
-    file["parameters"]["POINT"]["RATE"]["value"] = [RATE]
-    file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
-    file["data"]["points"] = np.ones((4, 0, COUNT))
-    file["data"]["rotations"] = rotations
-    file.add_parameter("ROTATION", "LABELS", [f"{name}_4X4" for name in labels])
-    file.add_parameter("ROTATION", "RATE", [RATE])
-    file.write(str(path))
-    return path
-
-
 def captured(path: Path) -> Capture:
     return capture_in_body_axes(read_motion(path, HEIGHT)[0])
 
 
 @pytest.mark.parametrize("y_up", [False, True])
 def test_theias_segments_come_back(tmp_path: Path, poses: Poses, y_up: bool) -> None:
-    capture = captured(theia(tmp_path / "run.c3d", poses, y_up=y_up))
+    capture = captured(write_theia(tmp_path / "run.c3d", poses, RATE, y_up=y_up))
     pelvis = poses.rotation[:, 0]
     assert worst_deg(capture.pelvis, pelvis) < 0.01  # single precision
     for joint, segment in SEGMENTS.items():
@@ -147,11 +92,11 @@ def test_theias_segments_come_back(tmp_path: Path, poses: Poses, y_up: bool) -> 
 
 
 def test_lost_and_missing_segments(tmp_path: Path, poses: Poses) -> None:
-    bvh, _ = read_motion(theia(tmp_path / "lost.c3d", poses, lost=4), HEIGHT)
+    bvh, _ = read_motion(write_theia(tmp_path / "lost.c3d", poses, RATE, lost=4), HEIGHT)
     assert len(bvh.time) == COUNT - 4
     assert any("4 frame(s) in which a segment is lost" in note for note in bvh.notes)
     with pytest.raises(InputError, match="missing segments: l_shank_4X4; export Theia's whole skeleton"):
-        read_motion(theia(tmp_path / "missing.c3d", poses, without="l_shank"), HEIGHT)
+        read_motion(write_theia(tmp_path / "missing.c3d", poses, RATE, without="l_shank"), HEIGHT)
 
 
 def test_cmus_markers_are_those_of_plug_in_gait(tmp_path: Path, poses: Poses) -> None:

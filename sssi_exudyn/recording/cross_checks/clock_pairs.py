@@ -13,7 +13,7 @@ import numpy as np
 
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.recording.cross_checks.check import Evidence
-from sssi_exudyn.recording.cross_checks.turning import TrackTurning, direction_of_skis, turning_of_track
+from sssi_exudyn.recording.cross_checks.turning import TrackTurning, direction_of_skis, turning_of_track, window_of
 from sssi_exudyn.recording.instruments.bvh import joint_positions, world_rotations
 from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.slope_and_heading import COARSE, local_fit
@@ -245,7 +245,7 @@ def acceleration_of(gps: Gps) -> Array:
         velocity = np.column_stack([gps.speed * np.sin(gps.course), gps.speed * np.cos(gps.course)])
         level = local_fit(gps.time, velocity, max(_WINDOW, 2.0 * step))[1]
         return np.column_stack([level, np.zeros(len(level))])
-    return local_fit(gps.time, gps.enu, max(_WINDOW * max(sigma / 0.02, 1.0) ** (2.0 / 7.0), 2.0 * step))[2]
+    return local_fit(gps.time, gps.enu, window_of(gps, _WINDOW, 1.0))[2]
 
 
 @dataclass(frozen=True)

@@ -32,9 +32,7 @@ class TrackTurning:
 
 def turning_of_track(gps: Gps, start: float, stop: float) -> TrackTurning:
     """Return the turning of the fixes between ``start`` and ``stop`` (s), as smooth as their own noise requires."""
-    steps = np.diff(gps.time)
-    noise = 1.4826 * float(np.median(np.abs(np.diff(gps.enu[:, :2], 3, axis=0)))) / np.sqrt(20.0)
-    window = max(_WINDOW * max(noise / 0.02, 0.5) ** (2.0 / 7.0), 2.0 * float(np.median(steps)))
+    window = window_of(gps, _WINDOW, 0.5)
     fitted = local_fit(gps.time, gps.enu[:, :2], window)
     velocity = fitted[1, :, 1] + 1j * fitted[1, :, 0]
     if gps.speed is not None and gps.course is not None:
@@ -43,6 +41,19 @@ def turning_of_track(gps: Gps, start: float, stop: float) -> TrackTurning:
     to_left = -np.abs(velocity) * np.gradient(course, gps.time)
     inside = (gps.time >= start) & (gps.time <= stop) & (np.abs(velocity) > _SLOW)
     return TrackTurning(gps.time[inside], course[inside], to_left[inside])
+
+
+def window_of(gps: Gps, usual: float, least: float) -> float:
+    """Return the half width (s) of fits to fixes that balances their noise and the bias, at least two steps.
+
+    Parameters
+    ----------
+    usual : s, for noise of 2 cm
+    least : noise over 2 cm that is assumed at least
+    """
+    noise = 1.4826 * float(np.median(np.abs(np.diff(gps.enu[:, :2], 3, axis=0)))) / np.sqrt(20.0)
+    # noise of a derivative over a window T goes with sigma/T^1.5, its bias with T²: the best T goes with sigma^(2/7)
+    return max(usual * max(noise / 0.02, least) ** (2.0 / 7.0), 2.0 * float(np.median(np.diff(gps.time))))
 
 
 def direction_of_skis(bvh: Bvh) -> Array:

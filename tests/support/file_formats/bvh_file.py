@@ -13,11 +13,25 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.core.frames import Array
+from sssi_exudyn.bodies.skier.chain import SEGMENT, Poses
+from sssi_exudyn.core.frames import BODY_FROM_BVH, Array
+from sssi_exudyn.motion.capture_to_chain import hanging_from_t_pose
 
 Row = tuple[str, str, tuple[float, float, float], str, Array]
 """A joint: its name, the one that carries it, its OFFSET, the segment that it moves, and left, up and forward of the
 T-pose (columns) in its axes."""
+SEGMENTS = {
+    "Hips": "pelvis", "Spine2": "torso", "Head": "head",
+    **{
+        f"{word}{joint}": f"{segment}_{word[0].lower()}"
+        for word in ("Left", "Right")
+        for joint, segment in (
+            ("UpLeg", "femur"), ("Leg", "tibia"), ("Foot", "calcn"), ("Arm", "humerus"), ("ForeArm", "radius"),
+            ("Hand", "hand"),
+        )
+    },
+}  # fmt: skip
+"""Segments of the skier by the joints of a recording that move them."""
 SPREAD = np.deg2rad(20.0)
 """Angle by which CMU's legs point outwards where all rotations are zero."""
 SLOPE = np.deg2rad(25.0)
@@ -30,6 +44,14 @@ _SAME = np.eye(3)
 
 
 _END = "End Site\n{\nOFFSET 0 1 0\n}\n"
+
+
+def from_t_pose(poses: Poses) -> dict[str, Array]:
+    """Return the rotation (n, 3, 3) of every segment from the T-pose, in BVH axes, by a recording's joint."""
+    return {
+        joint: BODY_FROM_BVH.T @ poses.rotation[:, SEGMENT[segment]] @ hanging_from_t_pose(joint).T @ BODY_FROM_BVH
+        for joint, segment in SEGMENTS.items()
+    }
 
 
 def cmu(world: Mapping[str, Array], rate: float, *, by_joints: bool = False) -> str:

@@ -1,4 +1,4 @@
-"""Plug-in Gait's markers on a skier of known posture, in a C3D file."""
+"""Plug-in Gait's markers on a skier of known posture, and Theia's segments of one, in C3D files."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 
 import ezc3d
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.bodies.skier.chain import SEGMENT, Poses
 from sssi_exudyn.core.frames import Array
@@ -69,3 +70,41 @@ def write_c3d(path: Path, places: dict[str, Array], rate: float, *, sizes: bool 
                 file.add_parameter("PROCESSING", letter + name, [1000.0 * size])
         file.add_parameter("PROCESSING", "MarkerDiameter", [1000.0 * DIAMETER])
     file.write(str(path))
+
+
+def write_theia(path: Path, poses: Poses, rate: float, *, y_up: bool = False, lost: int = 0, without: str = "") -> Path:
+    """Write the segments' poses as Theia3D does: no points, axes x right, y forward, z up, origins in mm.
+
+    Labels are those of ``C3DRotationExample.c3d`` of github.com/pyomeca/ezc3d-testFiles.
+    """
+    count = len(poses.origin)
+    axes = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # right, forward, up in body axes
+    segments = {"pelvis": ("pelvis", axes), "torso": ("torso", axes), "head": ("head", axes), "neck": ("torso", axes)}
+    origins = {"neck": "head", "torso": "head"}
+    for side, left in (("l", 1.0), ("r", -1.0)):
+        for name, segment in (("thigh", "femur"), ("shank", "tibia"), ("foot", "calcn"), ("uarm", "humerus")):
+            segments[f"{side}_{name}"] = (f"{segment}_{side}", axes)
+        palms = Rotation.from_euler("z", -90.0 * left, degrees=True).as_matrix() @ axes  # thumbs outwards
+        segments |= {f"{side}_larm": (f"radius_{side}", palms), f"{side}_hand": (f"hand_{side}", palms)}
+        segments[f"{side}_toes"] = (f"calcn_{side}", axes)
+        origins |= {f"{side}_larm": f"ulna_{side}", f"{side}_foot": f"talus_{side}", f"{side}_toes": f"toes_{side}"}
+    file = ezc3d.c3d()
+    labels = [name for name in ("worldbody", *segments) if name != without]
+    rotations = np.tile(np.eye(4)[:, :, None, None], (1, 1, len(labels), count))
+    swapped = np.eye(3)[[1, 2, 0]] if y_up else np.eye(3)
+    for index, name in enumerate(labels):
+        if name == "worldbody":
+            continue
+        segment, turned = segments[name]
+        rotations[:3, :3, index] = np.moveaxis(swapped @ poses.rotation[:, SEGMENT[segment]] @ turned, 0, -1)
+        origin = poses.origin[:, SEGMENT[origins.get(name, segment)]]
+        rotations[:3, 3, index] = 1000.0 * swapped @ origin.T
+    rotations[:, :, 1, :lost] = 0.0
+    file["parameters"]["POINT"]["RATE"]["value"] = [rate]
+    file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
+    file["data"]["points"] = np.ones((4, 0, count))
+    file["data"]["rotations"] = rotations
+    file.add_parameter("ROTATION", "LABELS", [f"{name}_4X4" for name in labels])
+    file.add_parameter("ROTATION", "RATE", [rate])
+    file.write(str(path))
+    return path

@@ -14,7 +14,8 @@ import rasterio
 import tomli_w
 from a_diagnosis import whole_version
 from a_run import a_run
-from c3d_file import marker_places, write_c3d
+from bvh_file import cmu, from_t_pose, rokoko
+from c3d_file import marker_places, write_c3d, write_theia
 from fix_files import START, fit, gnss_logger, gpx, nmea, phone, rtklib, ski_app, tcx
 from gopro_file import film, payloads
 from insole_files import EXPORTS
@@ -117,12 +118,14 @@ def _imports(tiny: Tiny, few: dict[str, bytes], folder: Path) -> Iterator[Seed]:
     """Yield a file of every format that is imported, alone or with a capture."""
     poses = forward_kinematics(average_geometry(HEIGHT), chain_coordinates(), 0.0)
     write_c3d(folder / "run.c3d", marker_places(poses, HEIGHT), 60.0)
+    write_theia(folder / "theia.c3d", poses, 60.0)
     for name, content in (
         ("run.mvnx", mvnx(orientations(75), began=START.timestamp()).encode()),
         ("run.mot", mot(chain_coordinates()).encode()),
         ("run.c3d", (folder / "run.c3d").read_bytes()),
+        ("theia.c3d", (folder / "theia.c3d").read_bytes()),
     ):
-        yield Seed(name, {name: content}, "import", weight=0.2 if name == "run.c3d" else 1.0)  # it needs a process
+        yield Seed(name, {name: content}, "import", weight=0.2 if name.endswith(".c3d") else 1.0)  # it needs a process
     counts = "".join(f"{0.02 * i:.2f},{side},{500 + i % 9},{400 - i % 7}\n" for i in range(100) for side in "LR")
     for name, content in (
         ("track.gpx", gpx(tiny.gps).encode()),
@@ -143,7 +146,8 @@ def _readers(track: Columns) -> Iterator[Seed]:
     sensor = np.column_stack([np.sin(time), np.cos(time), 9.0 + time])
     parts = payloads({name: column[:15] for name, column in track.items()}, time, sensor, sensor, own_clock=False)
     newer = payloads({name: column[:15] for name, column in track.items()}, time, sensor, sensor)
-    places = joint_places(forward_kinematics(average_geometry(HEIGHT), chain_coordinates()[:_FRAMES], 0.0))
+    poses = forward_kinematics(average_geometry(HEIGHT), chain_coordinates()[:_FRAMES], 0.0)
+    places, turned = joint_places(poses), from_t_pose(poses)
     for name, content in {
         "watch.tcx": tcx(track).encode(),
         "day.skiz": ski_app(track, ".skiz"),
@@ -156,6 +160,9 @@ def _readers(track: Columns) -> Iterator[Seed]:
         "imu.sto": _orientations(time).encode(),
         "run.trc": trc(mediapipe(places), 60.0).encode(),
         "study.trc": trc(opencap(places), 60.0).encode(),
+        "rokoko.bvh": rokoko(turned, 60.0).encode(),
+        "cmu.bvh": cmu(turned, 60.0).encode(),
+        "cmu_joints.bvh": cmu(turned, 60.0, by_joints=True).encode(),
         **{name: _head(text.encode(), 60) for name, text in EXPORTS.items()},
     }.items():
         yield Seed(name, {name: content}, "reader", weight=0.3)
