@@ -245,7 +245,7 @@ def acceleration_of(gps: Gps) -> Array:
         velocity = np.column_stack([gps.speed * np.sin(gps.course), gps.speed * np.cos(gps.course)])
         level = local_fit(gps.time, velocity, max(_WINDOW, 2.0 * step))[1]
         return np.column_stack([level, np.zeros(len(level))])
-    return local_fit(gps.time, gps.enu, window_of(gps, _WINDOW, 1.0))[2]
+    return np.asarray(local_fit(gps.time, gps.enu, window_of(gps, _WINDOW, 1.0))[2])
 
 
 @dataclass(frozen=True)

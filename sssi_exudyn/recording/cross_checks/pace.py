@@ -36,9 +36,12 @@ class Comparison(Protocol):
     floor : standard deviation of the rate that comes from the prediction itself, however exact the instruments are
     """
 
-    middle: float
-    span: float
-    floor: float
+    @property
+    def middle(self) -> float: ...
+    @property
+    def span(self) -> float: ...
+    @property
+    def floor(self) -> float: ...
 
     def left(self, rate: float, offsets: Array) -> Array:
         """Return the share of the measurement that stays unexplained, for each of the offsets (m,) s.

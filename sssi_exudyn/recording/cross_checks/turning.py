@@ -53,7 +53,7 @@ def window_of(gps: Gps, usual: float, least: float) -> float:
     """
     noise = 1.4826 * float(np.median(np.abs(np.diff(gps.enu[:, :2], 3, axis=0)))) / np.sqrt(20.0)
     # noise of a derivative over a window T goes with sigma/T^1.5, its bias with T²: the best T goes with sigma^(2/7)
-    return max(usual * max(noise / 0.02, least) ** (2.0 / 7.0), 2.0 * float(np.median(np.diff(gps.time))))
+    return float(max(usual * max(noise / 0.02, least) ** (2.0 / 7.0), 2.0 * float(np.median(np.diff(gps.time)))))
 
 
 def direction_of_skis(bvh: Bvh) -> Array:
