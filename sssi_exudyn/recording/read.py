@@ -367,8 +367,8 @@ def _read_elevations(
     hashes[name] = sha256(inside(folder, name, toml, "[terrain] file", LARGEST), LARGEST)
     projection = projection_of(folder / name)
     if projection is not None:
-        beside = f"{name[: -len(projection.suffix)]}{projection.suffix}"
-        hashes[beside] = sha256(inside(folder, beside, toml, "[terrain] file"))
+        prj_name = f"{name[: -len(projection.suffix)]}{projection.suffix}"
+        hashes[prj_name] = sha256(inside(folder, prj_name, toml, "[terrain] file"))
     crs = epsg_of(text_of(table, "crs", toml, "[terrain]"), toml, "[terrain] crs") if "crs" in table else ""
     numbers = numbers_of(Elevations, table, toml, "[terrain]", optional=("sigma", "geoid_height"))
     if "geoid_height" in numbers and datum != "geoid":
