@@ -82,7 +82,8 @@ class IdentifiedSki:
     """The ski, and the standard error of each number; ``damping_ratio`` is that of the tip's vibration.
 
     ``frequency`` (Hz) is the measured one of the tip's vibration; ``predicted_frequency`` that of the ski as
-    identified, which no fit has seen: their difference tests homogeneity.  ``bending``, ``torsion`` and ``vibration`` are the fits.
+    identified, which no fit has seen: their difference tests homogeneity.  ``bending``, ``torsion`` and ``vibration``
+    are the fits.
 
     Examples
     --------

@@ -215,8 +215,8 @@ class Ski:
     def shear_stiffness(self, s: ArrayLike) -> Array:
         """Return κ·E/(2(1 + ν))·w·t (N), κ = 10(1 + ν)/(12 + 11ν).
 
-        The formula is that of Cowper (1966, https://doi.org/10.1115/1.3625046) for beams with shear.  The modulus follows
-        from E and ν, since ``shear_modulus`` is an effective figure for twisting a layered section.
+        The formula is that of Cowper (1966, https://doi.org/10.1115/1.3625046) for beams with shear.  The modulus
+        follows from E and ν, since ``shear_modulus`` is an effective figure for twisting a layered section.
         """
         nu = self.poisson_ratio
         return 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu) / (2.0 * (1.0 + nu)) * self.axial_stiffness(s)
