@@ -112,7 +112,7 @@ def called(monkeypatch: pytest.MonkeyPatch) -> Callable[[list[str]], tuple[int, 
     def note(name: str) -> Callable[..., dict[str, Any]]:
         def noted(*positional: Any, **named: Any) -> dict[str, Any]:
             call_noted.update(named, name=name, given=positional)
-            return {"name": "swept", "runs": 3, "done": 3}
+            return {"name": "swept", "runs": 3, "done": 3, "diverged": 0, "failed": 0, "crashed": 0, "left": 0}
 
         return noted
 
