@@ -44,6 +44,7 @@ def full(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     return asked
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("reduced", [True, False])
 def test_a_result_says_by_which_model_it_was_found(reduced: bool, full: list[bool], tmp_path: Path) -> None:
     recording, _ = bundled("beginner")

@@ -48,6 +48,7 @@ from sssi_exudyn.core.quantity import quantities, quantity
 pytestmark = pytest.mark.usefixtures("own_cache")
 
 
+@pytest.mark.long
 def test_terms_of_one_place_add_up_each_with_its_own_parameters() -> None:
     first, second = HuntCrossley(k=4e3, c=1e3), HuntCrossley(k=9e3, m1=2.0)
     slow, fast = AnisotropicFriction(mu_t=0.05), AnisotropicFriction(mu_t=0.2, mu_n=0.7, eps=0.5)
@@ -65,6 +66,7 @@ def test_terms_of_one_place_add_up_each_with_its_own_parameters() -> None:
     )  # rounding
 
 
+@pytest.mark.long
 def test_winds_add_up_and_blow_on_segments() -> None:
     terms = (UniformWind(w_f=-3.0), AirDrag(), UniformWind(w_f=1.0, w_l=2.0))
     segment, wind = compile_segment(terms), compile_wind(terms)
@@ -144,6 +146,7 @@ def test_linearised_drag_follows_a_wind_of_several_terms_that_changes_from_place
             assert_close(by_parameter[:, parameter_index(terms, term, name)], expected)
 
 
+@pytest.mark.long
 def test_no_term_is_no_force() -> None:
     nothing = law_parameters(())
     assert compile_point(()).value(nothing, 0.01, 0.1, 0.033) == 0.0
@@ -160,6 +163,7 @@ def test_damping_counts_at_rest() -> None:
     assert stiffness == pytest.approx(1.5 * 5e3 * 0.01**0.5, rel=1e-14)
 
 
+@pytest.mark.long
 def test_laws_outside_the_registry_are_compiled_once_however_many_terms_have_them() -> None:
     first, second = (
         law_parameters(terms).addresses
@@ -229,6 +233,7 @@ def test_another_process_finds_the_kernel_compiled(tmp_path: Path) -> None:
     assert hits() == 1
 
 
+@pytest.mark.long
 def test_a_broken_file_in_the_cache_is_written_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SSSI_CACHE_DIR", str(tmp_path))
     terms = (Ridge(), Shear())  # which no other test has together

@@ -48,6 +48,7 @@ def _module(folder: Path) -> ModuleType:
     return module
 
 
+@pytest.mark.long
 def test_values_and_derivatives_of_a_formula(tmp_path: Path) -> None:
     module = _module(tmp_path)
     kernel = compile_kernel(module)

@@ -31,6 +31,7 @@ def _foot(load: float, v_t: float, v_n: float) -> FootState:
     return FootState(load, v_t, v_n, edge=0.0, groove=0.0, t=0.0, f=0.0, l=0.0, side=1.0)
 
 
+@pytest.mark.long
 @given(_any(HuntCrossley), DEPTHS, RATES)
 def test_snow_pushes_only_where_it_is_pressed(law: HuntCrossley, depth: float, rate: float) -> None:
     force = law.force(MATH, PointState(depth, rate, 0.033))

@@ -77,6 +77,7 @@ def test_numbers_and_logarithms_of_a_setting_belong_together() -> None:
     assert setting.at(model, values).value(EPS) == pytest.approx(0.3)
 
 
+@pytest.mark.long
 def test_noise_of_the_slip_counts_where_skis_stick() -> None:
     """By hand for skis that stand across nothing: the force answers by μ_n·N·σ/√(σ² + ε²), at the pelvis' height."""
     model, setting = setting_about(Uncertainty())
@@ -94,6 +95,7 @@ def test_noise_of_the_slip_counts_where_skis_stick() -> None:
     assert np.all(moment_by_slip_noise(model, sliding) <= 0.002 * stick + 1e-9)
 
 
+@pytest.mark.long
 def test_moments_count_less_where_skis_stick() -> None:
     model, setting = setting_about(Uncertainty())
     point, _ = linearise_at(model, setting)

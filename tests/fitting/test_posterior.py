@@ -95,6 +95,7 @@ def test_responses_to_numbers_are_those_of_runs() -> None:
         assert max(blockwise(setting.seen, step * responses.by_number[:, i], expected).values()) < 0.05, name
 
 
+@pytest.mark.long
 def test_the_budget_adds_up() -> None:
     _, setting = example()
     point, responses = linearised()

@@ -81,6 +81,7 @@ def write_elevations(recording: Recording, path: Path, shift: float, shape: Call
         dataset.write(cells, 1)
 
 
+@pytest.mark.long
 def test_the_fixes_heights_show_the_snow(on_a_roll: Path) -> None:
     recording, motion, model = parts(on_a_roll)
     surface = on_snow_surface(model, recording, motion).surface
@@ -96,6 +97,7 @@ def test_the_fixes_heights_show_the_snow(on_a_roll: Path) -> None:
     assert np.std(true) > 0.2
 
 
+@pytest.mark.long
 def test_a_barometers_heights_count_with_coarse_fixes(on_a_roll: Path) -> None:
     recording, motion, model = parts(on_a_roll)
     assert recording.gps is not None
@@ -136,6 +138,7 @@ def test_what_is_open_of_the_snow_is_fitted_along(on_a_roll: Path) -> None:
     assert problem_of(recording, motion, model_of(recording, motion), "paper").names == FRICTION
 
 
+@pytest.mark.long
 def test_an_elevation_model_stands_in_for_the_heights(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     shutil.copytree(EXAMPLE, folder)
@@ -155,6 +158,7 @@ def test_an_elevation_model_stands_in_for_the_heights(tmp_path: Path) -> None:
     assert np.std(surface.mean) > 0.15
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("datum", ["gps", "other"])
 def test_another_datum_is_noticed(tmp_path: Path, datum: str) -> None:
     folder = tmp_path / "run"
@@ -170,6 +174,7 @@ def test_another_datum_is_noticed(tmp_path: Path, datum: str) -> None:
         on_snow_surface(model, recording, motion)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("lines", ['datum = "other"', 'datum = "geoid"', 'datum = "geoid"\ngeoid_height_m = 48.0'])
 def test_heights_from_elsewhere_give_the_same_surface(tmp_path: Path, lines: str) -> None:
     """What they differ by is taken out before places are found: it must not shift the ground along the slope."""
@@ -322,6 +327,7 @@ def test_the_process_holds_the_surface_that_the_heights_show(on_a_roll: Path) ->
     assert np.max(np.abs(alone)) < 6.0  # half a metre in waves of 30 m is rough, not impossible
 
 
+@pytest.mark.long
 def test_the_process_is_held_where_a_surface_over_other_nodes_is(on_a_roll: Path) -> None:
     """A posture that was corrected moves the fixes' places on the snow, and the nodes about them with it."""
     recording, motion, model = parts(on_a_roll)

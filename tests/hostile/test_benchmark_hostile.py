@@ -28,6 +28,7 @@ def sources() -> list[Path]:
     return [Path(folder) / name for folder, _, names in os.walk(PACKAGE, followlinks=True) for name in names]
 
 
+@pytest.mark.long
 def test_nothing_in_the_package_unpickles_or_executes_what_it_reads() -> None:
     """Generated force laws are the one text that is run: see ``contact.codegen.compiled`` and its folder."""
     violations = []

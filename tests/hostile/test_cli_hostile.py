@@ -170,6 +170,7 @@ program.start()
     assert process.wait(60) == 130
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("after", [0.0, 0.1, 0.3, 0.6, 1.0])
 def test_an_interrupt_at_any_time_shows_no_traceback_of_the_program(after: float, tmp_path: Path) -> None:
     """Before Python has reached the program at all, the traceback is Python's own."""

@@ -48,6 +48,7 @@ def virtual(source: str) -> str:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("side_file", [".tif.msk", ".tif.ovr", ".tif.aux.xml", ".msk", ".ovr", ".aux.xml"])
 @pytest.mark.parametrize("scheme", ["", "/vsicurl/"])
 def test_what_lies_next_to_a_model_is_not_fetched(
@@ -66,6 +67,7 @@ def test_what_lies_next_to_a_model_is_not_fetched(
     assert seen == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "side_file", [".tif.msk", ".tif.aux.xml", ".tif.ovr", ".tfw", ".prj", ".asc.aux.xml", ".asc.msk"]
 )
@@ -150,6 +152,7 @@ def cut(path: Path) -> Path:
     return path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_model_that_is_of_no_use_is_one_line(tmp_path: Path, name: str) -> None:
     make, words = FAULTS[name]

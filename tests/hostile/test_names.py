@@ -29,6 +29,7 @@ def status_of(arguments: list[str]) -> object:
     return end.value.code
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("words_only")
 def test_results_in_folders_that_are_no_text_are_written_and_shown(tmp_path: Path) -> None:
     folders = [tmp_path / NO_TEXT, tmp_path / "plain"]

@@ -68,6 +68,7 @@ def test_forces_of_poles_are_known_by_the_files_name(tmp_path: Path) -> None:
         import_recording([*sources, poles], tmp_path / "other", ANSWERS)
 
 
+@pytest.mark.long
 def test_unstated_facts_are_assumed_and_reported_as_assumed(tmp_path: Path) -> None:
     imported = import_recording(files(tmp_path), tmp_path / "out", Answers(mass_kg=70.0))
     (words,) = [notice for notice in imported.notices if notice.startswith("assumed")]

@@ -53,6 +53,7 @@ def tile(path: Path) -> Path:
     return path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("crs", ["EPSG:31254", "EPSG:32632", "EPSG:2056"])
 def test_a_grid_without_coordinate_system_is_imported_in_the_stated_one(tmp_path: Path, crs: str) -> None:
     dem = grid(tmp_path / "slope.asc", crs)
@@ -91,6 +92,7 @@ def test_a_tile_keeps_its_name_and_is_less_exact(tmp_path: Path, capsys: pytest.
     assert "N46E009.hgt" in recording.hashes
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("dem", "crs", "problem"),
     [
@@ -142,6 +144,7 @@ def test_a_recording_with_another_text_is_refused(tmp_path: Path, crs: str) -> N
     assert len(str(error.value)) < 600
 
 
+@pytest.mark.long
 def test_an_elevation_model_on_the_command_line_has_its_coordinate_system(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

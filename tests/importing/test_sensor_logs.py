@@ -84,6 +84,7 @@ def test_the_receiver_of_a_telephone_is_where_that_is(logs: dict[str, Path], tmp
     assert several.gps.segment == "Spine2"
 
 
+@pytest.mark.long
 def test_loggers_tables_become_a_recording(whole: Recording, logs: dict[str, Path], tmp_path: Path) -> None:
     made = import_recording(named(logs, "left_ski", "right_ski"), tmp_path / "made", ANSWERS)
     assert made.completed is not None

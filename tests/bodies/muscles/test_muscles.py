@@ -106,6 +106,7 @@ def test_figures_are_within_what_muscles_have() -> None:
         assert 0.0 <= float(row["pennation_deg"]) < 40.0
 
 
+@pytest.mark.long
 def test_moment_arms_are_minus_the_derivative_of_the_length(own: SkierMuscles) -> None:
     q = postures(12)
     paths = muscle_paths(own.model, q)

@@ -162,6 +162,7 @@ def test_one_run_of_a_folder_of_runs_is_refused(tmp_path: Path, capsys: pytest.C
     assert "it takes a run of a track, not of a folder" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_runs_that_no_sensor_covers_are_listed(whole: Recording, tmp_path: Path) -> None:
     begins = write_day(whole, tmp_path / "export")
     for name in ("Gyroscope", "Accelerometer", "Gravity"):
