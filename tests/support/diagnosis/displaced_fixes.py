@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from bundled import bundled, steady
+from bundled import bundled
 
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import level_to_enu
@@ -25,10 +25,9 @@ def displaced_by(
 ) -> tuple[Recording, Motion]:
     """Return the recording ``examples/name`` between two times (s), displaced by further terms.
 
-    The terms follow from its fitted run.  The suit is one whose errors do not wander.
+    The terms follow from its fitted run.
     """
     recording, motion = bundled(name)
-    recording = steady(recording)
     assert recording.gps is not None
     motion = replace(motion, start=start, stop=stop)
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")

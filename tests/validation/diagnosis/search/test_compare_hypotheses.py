@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from bundled import steady
 from displaced_fixes import displaced_by
 
 from sssi_exudyn.contact.term import Term
@@ -30,6 +31,7 @@ def test_a_patch_amid_a_run_is_not_taken_for_a_slippery_beginning() -> None:
         return [SnowPatch(delta, *lines)]
 
     recording, motion = displaced_by("beginner", 1.0, 6.5, patch)
+    recording = steady(recording)
     model, hypotheses = model_of(recording, motion), [BY_NAME["snow_patch"]]
     problem, state, base = first_fit(diagnosis_problem(recording, motion, model, hypotheses=hypotheses))
     best = compare_hypotheses(problem, state, base).best
