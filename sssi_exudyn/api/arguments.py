@@ -42,6 +42,21 @@ def read_positive(text: str) -> float:
     return value
 
 
+def read_stretch(text: str) -> tuple[float, float]:
+    """Read a stretch of a recording, FROM:TO in s; without one of the two it goes to the recording's own end.
+
+    Raises ValueError for anything else.
+    """
+    first, colon, last = text.partition(":")
+    try:
+        begin, end = float(first or "-inf"), float(last or "inf")
+    except ValueError:
+        begin = end = float("nan")
+    if not colon or not begin < end:
+        raise ValueError(f"{text!r} is no stretch of time such as 3:12.5 (s)")
+    return begin, end
+
+
 AnyPath: TypeAlias = str | os.PathLike[str]
 RecordingFolder: TypeAlias = Annotated[AnyPath, Argument("FOLDER", Path)]
 RecordingFolders: TypeAlias = Annotated[Sequence[AnyPath], Argument("FOLDER", Path, "+")]
@@ -59,6 +74,7 @@ Picture: TypeAlias = Annotated[AnyPath, Option("--out", metavar="PICTURE")]
 Terms: TypeAlias = Annotated[Sequence["Term | str"], Option("--term", metavar="NAME", read=str)]
 Workers: TypeAlias = Annotated[int, Option(metavar="N", read=read_count)]
 PositiveNumber: TypeAlias = Annotated[float, Option(read=read_positive)]
+Seconds: TypeAlias = Annotated["str | tuple[float, float]", Option(metavar="FROM:TO", read=read_stretch)]
 Plugins: TypeAlias = Annotated[Sequence[AnyPath], PythonOnly("--plugin stands before or after any command")]
 ProgressWanted: TypeAlias = Annotated[
     "bool | Callable[[str, float | None, str], None] | Progress", PythonOnly("--quiet and --verbose choose it")
@@ -86,6 +102,16 @@ def model_in(given: Model | AnyPath | None) -> Path | Model | None:
     from sssi_exudyn.model.model import Model
 
     return _of_type(given, Model, "model")
+
+
+def stretch_of(given: str | tuple[float, float] | None) -> tuple[float, float] | None:
+    """Return the stretch of the recording (s), None for the whole.  Raises InputError for what is none."""
+    if given is None:
+        return None
+    try:
+        return read_stretch(given if isinstance(given, str) else ":".join(map(str, given)))
+    except (TypeError, ValueError) as error:
+        raise InputError("argument", "seconds", str(error), "give two times of the recording's clock") from None
 
 
 def _of_type(given: object, kind: type[T], name: str) -> T:

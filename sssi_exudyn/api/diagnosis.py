@@ -12,8 +12,10 @@ from sssi_exudyn.api.arguments import (
     OutFolder,
     Plugins,
     ProgressWanted,
+    Seconds,
     path_of,
     recording_of,
+    stretch_of,
     use_plugins,
 )
 
@@ -27,6 +29,7 @@ def diagnose(
     out: OutFolder | None = None,
     *,
     reduced: bool = False,
+    seconds: Seconds | None = None,
     plugins: Plugins = (),
     progress: ProgressWanted = False,
 ) -> Result:
@@ -39,6 +42,7 @@ def diagnose(
     out : folder of the result.  It holds the extended model's run.  Without one, Python writes nothing; with one, an
         interrupted diagnosis goes on when it is called again.
     reduced : search by the reduced model alone: quicker, and stated in the result
+    seconds : the stretch of the recording to use, in s of its clock, such as 3:12.5 (default: all of it)
     plugins : files of Python or installed packages whose hypotheses are weighed too; their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
@@ -54,7 +58,8 @@ def diagnose(
     from sssi_exudyn.commands.diagnosis import make_diagnosis
 
     use_plugins(plugins)
-    made = make_diagnosis(recording_of(recording), path_of(out), reduced=reduced, progress=progress_of(progress))
+    source, stretch = recording_of(recording), stretch_of(seconds)
+    made = make_diagnosis(source, path_of(out), reduced=reduced, seconds=stretch, progress=progress_of(progress))
     return result_of(made, path_of(out))
 
 
@@ -63,12 +68,13 @@ def diagnose_day(
     out: AnyPath,
     *,
     reduced: bool = False,
+    seconds: Seconds | None = None,
     plugins: Plugins = (),
     progress: ProgressWanted = False,
 ) -> Day:
     """Diagnose several runs of one day, each into a folder of its recording's name in ``out``, and compare them.
 
-    The options are those of ``diagnose``.
+    The options are those of ``diagnose``; ``seconds`` are of each run's own clock.
 
     Examples
     --------
@@ -80,4 +86,5 @@ def diagnose_day(
 
     use_plugins(plugins)
     folders = [Path(recording) for recording in recordings]
-    return commands.diagnose_day(folders, Path(out), reduced=reduced, progress=progress_of(progress))
+    stretch = stretch_of(seconds)
+    return commands.diagnose_day(folders, Path(out), reduced=reduced, seconds=stretch, progress=progress_of(progress))

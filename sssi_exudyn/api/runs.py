@@ -17,10 +17,12 @@ from sssi_exudyn.api.arguments import (
     ProgressWanted,
     RecordingFolder,
     RecordingOrFolder,
+    Seconds,
     Terms,
     model_in,
     path_of,
     recording_of,
+    stretch_of,
     use_plugins,
 )
 from sssi_exudyn.core.choices import Backend, HeadingMode, Method, Snow
@@ -120,6 +122,7 @@ def simulate(
     heading: HeadingMode | None = None,
     balanced: bool = False,
     backend: Backend = "fastest",
+    seconds: Seconds | None = None,
     csv: bool = False,
     plugins: Plugins = (),
     progress: ProgressWanted = False,
@@ -137,6 +140,7 @@ def simulate(
         (default: the model's, replay).  It is ``"replay"``, ``"track"`` or ``"free"``.
     balanced : on snow that edges cut: lean the whole posture slowly so that the skier is in balance (minutes)
     backend : how the force terms are evaluated
+    seconds : the stretch of the recording to use, in s of its clock, such as 3:12.5 (default: all of it)
     csv : write the result's tables as CSV too, next to Parquet
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
@@ -154,7 +158,7 @@ def simulate(
 
     use_plugins(plugins)
     added = terms_named(terms)
-    with open_recording(recording_of(recording), path_of(out), progress_of(progress)) as work:
+    with open_recording(recording_of(recording), path_of(out), progress_of(progress), stretch_of(seconds)) as work:
         chosen = choose_model(work, model_in(model), added, snow, heading)
         made = simulate_recording(work, chosen, balanced=balanced, backend=backend)
         return result_of(made, work.out, csv=csv)
@@ -170,6 +174,7 @@ def fit(
     snow: Snow = "paper",
     heading: HeadingMode | None = None,
     parameters: Annotated[Sequence[str], Option("--parameter", metavar="TERM.NUMBER")] = (),
+    seconds: Seconds | None = None,
     csv: bool = False,
     plugins: Plugins = (),
     progress: ProgressWanted = False,
@@ -191,6 +196,7 @@ def fit(
     heading : the skier's, on snow that edges cut: as captured, held to that by a spring, or as the snow decides
         (default: the model's, replay).  It is ``"replay"``, ``"track"`` or ``"free"``.
     parameters : numbers of force terms to fit along, such as my_friction.c
+    seconds : the stretch of the recording to use, in s of its clock, such as 3:12.5 (default: all of it)
     csv : write the result's tables as CSV too, next to Parquet
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
@@ -208,7 +214,7 @@ def fit(
 
     use_plugins(plugins)
     added = terms_named(terms)
-    with open_recording(recording_of(recording), path_of(out), progress_of(progress)) as work:
+    with open_recording(recording_of(recording), path_of(out), progress_of(progress), stretch_of(seconds)) as work:
         chosen = choose_model(work, model_in(model), added, snow, heading)
         return result_of(fit_recording(work, chosen, method=method, parameters=parameters), work.out, csv=csv)
 
@@ -220,6 +226,7 @@ def run(
     terms: Terms = (),
     snow: Snow = "paper",
     heading: HeadingMode | None = None,
+    seconds: Seconds | None = None,
     csv: bool = False,
     progress: ProgressWanted = False,
 ) -> Result:
@@ -235,6 +242,7 @@ def run(
     snow : friction at the foot as in the paper, or snow that edges cut.  It is ``"paper"`` or ``"carving"``.
     heading : the skier's, on snow that edges cut: as captured, held to that by a spring, or as the snow decides
         (default: the model's, replay).  It is ``"replay"``, ``"track"`` or ``"free"``.
+    seconds : the stretch of the recording to use, in s of its clock, such as 3:12.5 (default: all of it)
     csv : write the result's tables as CSV too, next to Parquet
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
@@ -250,7 +258,7 @@ def run(
     source = recording_of(recording)
     whole = read_recording(source) if isinstance(source, Path) else source
     chain = simulate if whole.gps is None else fit
-    return chain(whole, out, terms=added, snow=snow, heading=heading, csv=csv, progress=progress)
+    return chain(whole, out, terms=added, snow=snow, heading=heading, seconds=seconds, csv=csv, progress=progress)
 
 
 def validate(

@@ -13,7 +13,7 @@ import numpy as np
 
 from sssi_exudyn.commands.expected import expected_seconds
 from sssi_exudyn.commands.recordings import SILENT, read_folder
-from sssi_exudyn.commands.runs import CACHE, Made, Outcome, cache_in, lock_of, write_outcome
+from sssi_exudyn.commands.runs import CACHE, Made, Outcome, cache_in, chosen_seconds, lock_of, write_outcome
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.new_files import check_no_link
 from sssi_exudyn.io.typed import convert, read_json
@@ -47,21 +47,33 @@ _BY_REDUCED: Final = (
 
 
 def make_diagnosis(
-    source: Path | Recording, out: Path | None, *, reduced: bool = False, progress: Progress = SILENT
+    source: Path | Recording,
+    out: Path | None,
+    *,
+    reduced: bool = False,
+    seconds: tuple[float, float] | None = None,
+    progress: Progress = SILENT,
 ) -> Made:
     """Find what physics is missing in a recording, or which instrument is at fault, and run the extended model.
 
     With ``reduced`` the full model confirms nothing, and the result says so.  Without ``out`` nothing is written, and
     an interrupted diagnosis is lost.
     """
-    made = search_into(source, out, reduced, progress)[0]
+    made = search_into(source, out, reduced, progress, seconds)[0]
     cache = cache_in(out)
     if cache is not None:
         cache.remove()
     return made
 
 
-def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, progress: Progress = SILENT) -> Day:
+def diagnose_day(
+    folders: Sequence[Path],
+    out: Path,
+    *,
+    reduced: bool = False,
+    seconds: tuple[float, float] | None = None,
+    progress: Progress = SILENT,
+) -> Day:
     """Diagnose several runs of one day, each into a folder of its recording's name in ``out``, and compare them.
 
     ``day.json`` in ``out`` holds the answer.  Where a law of friction is offered that is in no list, the folder ``law``
@@ -72,7 +84,7 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, p
     names = _names(folders, out)
     with folder_lock(out):
         searched = {
-            name: search_into(folder, out / name, reduced, progress)
+            name: search_into(folder, out / name, reduced, progress, seconds)
             for folder, name in zip(folders, names, strict=True)
         }
         with progress.stage("compare together") as stage:
@@ -89,7 +101,8 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, p
             for name, (made, _) in searched.items()
             for file, digest in made.run.summary.provenance.inputs.items()
         }
-        origin = convert(provenance(hashes, {"command": "diagnose", "recordings": names}, seed=0), Provenance)
+        settings = {"command": "diagnose", "recordings": names, **chosen_seconds(seconds)}
+        origin = convert(provenance(hashes, settings, seed=0), Provenance)
         day = Day(1, tuple(names), sentence, tuple(explanations), origin, same_place, law)
         for name, model in zip_longest(names, models):
             _keep_law(out / name / LAW, model)
@@ -124,11 +137,15 @@ def _names(folders: Sequence[Path], out: Path) -> list[str]:
 
 
 def search_into(
-    source: Path | Recording, out: Path | None, reduced: bool, progress: Progress
+    source: Path | Recording,
+    out: Path | None,
+    reduced: bool,
+    progress: Progress,
+    seconds: tuple[float, float] | None = None,
 ) -> tuple[Made, SearchResult]:
     """Diagnose into ``out``, where the cache stays; return the run of the extended model, and the answer."""
     with lock_of(out):
-        recording, motion = read_folder(source, progress)
+        recording, motion = read_folder(source, progress, seconds)
         if recording.gps is None:
             raise InputError(
                 recording.folder / FILE, "[gps]", "there is no GPS to hold the simulation against", "add it"
@@ -146,7 +163,7 @@ def search_into(
         assert result is not None
         posterior = search.posterior
         outcome = Outcome(
-            {"command": "diagnose", **({"reduced": True} if reduced else {})},
+            {"command": "diagnose", **({"reduced": True} if reduced else {}), **chosen_seconds(seconds)},
             Fit(method="diagnosis", converged=True, parameters=_parameters(search)),
             uncertainty=None if posterior is None else uncertainty_figures(posterior),
             diagnosis=diagnosis,

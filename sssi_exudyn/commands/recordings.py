@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 SILENT: Final = Progress()
 """Reports no progress."""
+_SHORTEST: Final = 2.0
+"""s; the shortest stretch of a run that is worth computing: one turn."""
 
 
 def inspect(folder: Path, out: Path | None = None) -> Inspection:
@@ -96,12 +98,29 @@ def _snow(recording: Recording) -> tuple[Surface, Array, float, int] | None:
     return surface, heights.places, model.inclination, 1 + len(heights.others)
 
 
-def read_folder(source: Path | Recording, progress: Progress) -> tuple[Recording, Motion]:
-    """Read a recording, unless it is one already, and its motion.  Raises InputError where something in it is wrong."""
+def read_folder(
+    source: Path | Recording, progress: Progress, seconds: tuple[float, float] | None = None
+) -> tuple[Recording, Motion]:
+    """Read a recording, unless it is one already, and its motion; both end at ``seconds``, where these are given.
+
+    Raises InputError where something in it is wrong, and for a stretch outside of it or shorter than ``_SHORTEST``.
+    """
     from sssi_exudyn.motion.from_recording import motion_from_recording
 
     with progress.stage("read") as stage:
         recording = source if isinstance(source, Recording) else read_recording(source)
+        if seconds is not None:
+            recording = _stretch(recording, *seconds)
         motion = motion_from_recording(recording)
         stage.advance(1.0, f"{motion.stop - motion.start:.1f} s of {recording.name}")
     return recording, motion
+
+
+def _stretch(recording: Recording, begin: float, end: float) -> Recording:
+    """Return a stretch of a recording (s of its clock).  Raises InputError where hardly anything of it is left."""
+    first, last = max(begin, recording.start), min(end, recording.stop)
+    if last - first < _SHORTEST:
+        problem = f"{begin:g} to {end:g} s hold less than {_SHORTEST:g} s of the run"
+        fix = f"choose a longer stretch of {recording.start:.2f} to {recording.stop:.2f} s"
+        raise InputError(recording.folder, "seconds", problem, fix)
+    return replace(recording, start=first, stop=last)

@@ -101,12 +101,14 @@ class Work:
     """A recording that a command works on.
 
     out : folder of the result; None where nothing is written
+    settings : which stretch of the recording was chosen, for the result's origin
     """
 
     recording: Recording
     motion: Motion
     out: Path | None
     progress: Progress
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -123,14 +125,16 @@ class ChosenModel:
 
 
 @contextmanager
-def open_recording(source: Path | Recording, out: Path | None, progress: Progress) -> Iterator[Work]:
-    """Lock the result's folder, and read the recording and its motion.
+def open_recording(
+    source: Path | Recording, out: Path | None, progress: Progress, seconds: tuple[float, float] | None = None
+) -> Iterator[Work]:
+    """Lock the result's folder, and read the recording and its motion, or a stretch of it.
 
     Raises InputError where something in the recording is wrong or another process writes the folder.
     """
     with lock_of(out):
-        recording, motion = read_folder(source, progress)
-        yield Work(recording, motion, out, progress)
+        recording, motion = read_folder(source, progress, seconds)
+        yield Work(recording, motion, out, progress, chosen_seconds(seconds))
 
 
 def choose_model(
@@ -166,13 +170,20 @@ def build_model(work: Work, chosen: ChosenModel, *, start: float | None, stop: f
         return open_model(chosen.model, work.motion, start=begin, stop=end)
 
 
+def chosen_seconds(seconds: tuple[float, float] | None) -> dict[str, Any]:
+    """Return the chosen stretch of a recording as a setting of a result; nothing for the whole."""
+    if seconds is None:
+        return {}
+    return {"seconds": [second if np.isfinite(second) else None for second in seconds]}
+
+
 def simulate_recording(work: Work, chosen: ChosenModel, *, balanced: bool, backend: Backend) -> Made:
     """Simulate the model once; ``balanced`` first leans the posture so that the skier is in balance.
 
     Raises InputError for a balance on snow that edges do not cut, and SimulationDiverged when the solver gives up.
     """
     model = chosen.model
-    settings: dict[str, Any] = {"command": "simulate", "backend": backend, **chosen.settings}
+    settings: dict[str, Any] = {"command": "simulate", "backend": backend, **work.settings, **chosen.settings}
     if balanced:
         if not is_carved(model.terms):
             problem = "the lean that balances a skier is sought on snow that edges cut"
@@ -216,7 +227,7 @@ def fit_recording(work: Work, chosen: ChosenModel, *, method: Method, parameters
             predicted = second_half_table(half)
             fitted = replace(fitted, covariance=shares.covariance)
             posture = posture.without_errors() if missed else posture
-    settings: dict[str, Any] = {"command": "fit", "method": method}
+    settings: dict[str, Any] = {"command": "fit", "method": method, **work.settings}
     if parameters:
         settings["parameters"] = list(parameters)
     outcome = Outcome(

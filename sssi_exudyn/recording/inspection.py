@@ -172,8 +172,11 @@ def _crop_text(inspection: Inspection) -> list[str]:
     skiing = inspection.skiing
     if skiing is None or skiing.crop_start_s is None or skiing.crop_stop_s is None:
         return []
-    crop = f"{skiing.crop_start_s:.1f} to {skiing.crop_stop_s:.1f} s"
-    return [f"  suggested crop: {crop}, from the first turn to the last; before and after it the skier does not turn"]
+    begin, end = f"{skiing.crop_start_s:.1f}", f"{skiing.crop_stop_s:.1f}"
+    return [
+        f"  suggested crop: {begin} to {end} s, from the first turn to the last (--seconds {begin}:{end}); before and "
+        "after it the skier does not turn"
+    ]
 
 
 def _setting_text(item: Comparison) -> str:

@@ -186,6 +186,27 @@ def test_a_short_run_in_memory(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
+def test_a_stretch_of_a_recording_is_simulated_alone(tmp_path: Path) -> None:
+    whole = bundled("beginner")[0]
+    run = sssi_exudyn.simulate(whole, tmp_path / "stretch", seconds=(4.0, 6.0))
+    time = run.series["time_s"]
+    assert (time.iloc[0], time.iloc[-1]) == pytest.approx((4.0, 6.0), abs=1e-9)
+    assert run.summary.provenance.settings["seconds"] == [4.0, 6.0]
+    fixes = run.measured
+    assert fixes is not None
+    measured = fixes["time_s"][fixes["gps_e_m"].notna()] if "gps_e_m" in fixes else fixes["time_s"]
+    assert measured.between(4.0, 6.0).any()
+    # the skier starts with the speed that the fixes have there, not with that of the whole recording's begin
+    assert run.model.start.velocity_f != sssi_exudyn.model_of(whole).start.velocity_f
+
+
+@pytest.mark.parametrize("given", ["3", "5:3", "a:b", "1:2:3", (1.0,), (30.0, 40.0), "0:1.5"])
+def test_what_is_no_stretch_is_said(given: Any) -> None:
+    with pytest.raises(InputError, match="stretch"):
+        sssi_exudyn.simulate(bundled("beginner")[0], seconds=given)
+
+
+@pytest.mark.long
 def test_one_worker_of_a_sweep_works_in_this_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def none(*_: object) -> None:
         raise AssertionError("a process was started")
