@@ -132,7 +132,9 @@ def test_the_snow_is_chosen(command: str, behind: Callable[..., None]) -> None:
 def test_how_much_is_said_is_chosen(
     option: list[str], behind: Callable[..., None], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def run(*_: object, terms: list[str], snow: str, heading: str | None, progress: Progress) -> Summary:
+    def run(
+        *_: object, terms: list[str], snow: str, heading: str | None, progress: Progress, **_more: object
+    ) -> Summary:
         assert terms == []
         assert snow == "paper"
         assert heading is None

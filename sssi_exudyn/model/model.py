@@ -81,8 +81,8 @@ class Solver:
 
 PRESETS: Final[Mapping[str, Solver]] = {"paper": Solver(), "fast": Solver(step=0.006, elements=14)}
 """Settings by name.  ``fast`` takes half the time of ``paper``.  Against 50 elements in steps of 1 ms its track is
-within 2 mm and its soles' forces within 1 N rms (``docs/performance.md``), which steps of 8 ms are not: fewer beams
-save more than longer steps for the error that they make."""
+within 2 mm and its soles' forces within 1 N rms (``docs/notebook/performance.md``), which steps of 8 ms are not:
+fewer beams save more than longer steps for the error that they make."""
 
 
 @dataclass(frozen=True, repr=False)

@@ -62,6 +62,7 @@ _LATER: Final = {
         "pole_length",
     ),
     "PolePlant": ("side",),
+    "Ski": ("uncertainty",),
     "AnisotropicFriction": ("slip", "sharpness"),
 }  # fmt: skip
 """Fields that were added to classes later; while they hold their default, the key is what it was without them."""

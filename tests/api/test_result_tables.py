@@ -96,7 +96,7 @@ def test_a_workbook_has_a_sheet_a_table(result: Result, tmp_path: Path) -> None:
     figures = book["figures"].set_index("figure")["value"]
     assert float(figures["friction.mu_t.value"]) == 0.0612
     assert len(book["series"]) == len(result.series)
-    with pytest.raises(InputError, match=r"end its name in \.xlsx"):
+    with pytest.raises(InputError, match=r"end its name in '\.xlsx'"):
         result.to_excel(tmp_path / "run.xls")
 
 

@@ -118,7 +118,7 @@ def test_nothing_of_an_older_run_stays_with_a_new_one(tmp_path: Path) -> None:
     write_result(tmp_path, Summary(), SERIES, MODEL, diagnosis={}, render=lambda _: "old")
     write_result(tmp_path, Summary(), SERIES, MODEL)
     visible = sorted(path.name for path in tmp_path.iterdir() if not path.name.startswith("."))
-    assert visible == ["model.toml", "series.parquet", "summary.json"]
+    assert visible == ["columns.csv", "model.toml", "series.parquet", "summary.json"]
 
 
 def test_a_full_disk_leaves_the_old_result_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
