@@ -49,6 +49,8 @@ class Stage:
     detail: str = ""
     fraction: float | None = None
     _compiles: bool = field(init=False, default=False)
+    _compiled: bool = field(init=False, default=False)
+    _counted: tuple[float, float] = field(init=False, default=(0.0, 0.0))
     _begin: float = field(init=False)
     _shared: float = field(init=False, default=0.0)
     _written: float = field(init=False, default=-float("inf"))
@@ -72,7 +74,13 @@ class Stage:
         """
         self.detail = detail
         if fraction is not None and fraction != self.fraction:
-            self.fraction, self._shared = fraction, self.clock() - self._begin
+            now = self.clock() - self._begin
+            if not self._compiles:  # what the compiler takes says nothing of the rest
+                self._counted = (
+                    self._counted[0] + now - self._shared,
+                    self._counted[1] + fraction - (self.fraction or 0.0),
+                )
+            self.fraction, self._shared, self._compiles = fraction, now, False
         if self.listener is not None:
             self.listener(self.name, fraction, detail)
         if self.stream is None or not (self._rewrites or self.verbose):
@@ -82,9 +90,10 @@ class Stage:
 
     def compile(self) -> None:
         """Report once that the work waits for the compiler."""
-        if self._compiles:
-            return
         self._compiles = True
+        if self._compiled:
+            return
+        self._compiled = True
         self.advance(None, _COMPILING)
         if self.stream is not None and not self._rewrites:
             self._write(f"{self.name}: {_COMPILING}\n")
@@ -105,9 +114,10 @@ class Stage:
 
     def _left(self, since: float) -> str:
         """Return the time left in words; "" where it cannot be predicted."""
-        share, long = self.fraction, max(since, self.expected or 0.0) >= _LONG
-        known = share is not None and share >= _LEAST_SHARE
-        whole = self._shared / share if share is not None and known else self.expected
+        long, (counted, share) = max(since, self.expected or 0.0) >= _LONG, self._counted
+        whole = self.expected
+        if self.fraction is not None and share >= _LEAST_SHARE:
+            whole = self._shared + (1.0 - self.fraction) * counted / share
         return f"{about(whole - since)} left" if whole is not None and long and since < whole else ""
 
     def end(self, word: str) -> None:

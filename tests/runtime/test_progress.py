@@ -118,6 +118,20 @@ def test_a_stage_says_once_that_it_waits_for_the_compiler() -> None:
     assert len([line for line in log.getvalue().splitlines() if line.startswith(begin)]) == 1
 
 
+def test_the_compiler_s_time_says_nothing_of_the_rest() -> None:
+    log, clock = io.StringIO(), Clock()
+    stage = Stage("fit", log, clock, expected=200.0)
+    stage.compile()
+    for now, share in ((90.0, 0.2), (100.0, 0.4)):  # the first share came with the compiler
+        clock.now = now
+        stage.advance(share)
+        stage.write()
+    assert log.getvalue().splitlines()[-2:] == [
+        "fit:  20 % after 1 min 30 s, about 2 min left",
+        "fit:  40 % after 1 min 40 s, about 30 s left",
+    ]
+
+
 def test_short_stages_say_nothing_of_their_time() -> None:
     log = io.StringIO()
     with Progress(log, lambda: 0.0).stage("read", expected=2.0):
