@@ -67,7 +67,7 @@ SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
     of_posture(figure_7),
     of_posture(figure_8),
     of_posture(turn_tables.turns),
-    turn_tables.each_turn,
+    of_posture(turn_tables.each_turn),
     losses.losses,
     of_posture(boots.boots),
     of_posture(muscles.muscles),

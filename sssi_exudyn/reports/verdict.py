@@ -158,7 +158,7 @@ def _speed_is_not_predicted(summary: Summary) -> Verdict | None:
 
 def _moment(summary: Summary) -> Verdict | None:
     beyond = beyond_limits(summary)
-    if not beyond:
+    if not beyond or summary.posture is not None:  # a moment of an assumed posture measures only the assumptions
         return None
     figure = f"The {beyond[0]} of the residual moment" if len(beyond) == 1 else "The residual moment"
     return Verdict("care" if len(beyond) == 1 else "bad", figure, moment_sentence(summary))

@@ -57,6 +57,12 @@ OBJECTIONS = {
     "both": ({"residual_moment": {"peak_Nm": 90.0, "rms_Nm": 60.0}}, "bad", "The residual moment", "exceed"),
     "energy": ({"energy": {"closure_percent": 3.0}}, "care", "The energy balance", "3.0\u00a0%"),
     "posture": ({"posture": POSTURE}, "care", "The posture", "assumed"),
+    "moment of an assumed posture": (
+        {"posture": POSTURE, "residual_moment": {"peak_Nm": 430.0, "rms_Nm": 190.0}},
+        "care",
+        "The posture",
+        "moments",
+    ),
     "speed": (
         {"posture": {**POSTURE, "second_half": {**POSTURE["second_half"], "speed_rms_mps": 1.4}}},  # type: ignore[dict-item]
         "care",
