@@ -192,7 +192,7 @@ def format_surface(surface: SurfaceFigures) -> str:
     """Describe the snow surface in one line."""
     source = "this run" if surface.runs == 1 else f"{surface.runs} runs"
     return (
-        f"snow     {surface.lowest_m:+.2f} to {surface.highest_m:+.2f} m about the slope's plane,"
+        f"snow     {surface.lowest_m:+z.2f} to {surface.highest_m:+z.2f} m about the slope's plane,"
         f" ± {surface.band_m:.2f} m,"
         f" {surface.inclination_least_deg:.1f} to {surface.inclination_most_deg:.1f}° steep along the path;"
         f" from the heights of {source}"

@@ -46,14 +46,21 @@ def plot_inspection(recording: Recording, path: Path, skiing: Skiing | None = No
 
 
 def _mark_skiing(axes: Axes, skiing: Skiing | None) -> None:
-    """Shade every second turn, so that their bounds are seen, and draw a line at each end of the suggested crop."""
-    if skiing is None:
-        return
-    for turn in skiing.turns[::2]:
+    """Shade every second turn, so that their bounds are seen, and draw a line at each end of the suggested crop.
+
+    The title names what is drawn.
+    """
+    words = ["Speed"]
+    turns = () if skiing is None else skiing.turns[::2]
+    for turn in turns:
         axes.axvspan(turn.start_s, turn.stop_s, color="0.5", alpha=0.15, linewidth=0)
-    for instant in (skiing.crop_start_s, skiing.crop_stop_s):
-        if instant is not None:
-            axes.axvline(instant, color="0.2", linestyle="--", linewidth=1.0)
+    crop = () if skiing is None else (skiing.crop_start_s, skiing.crop_stop_s)
+    bounds = [instant for instant in crop if instant is not None]
+    for instant in bounds:
+        axes.axvline(instant, color="0.2", linestyle="--", linewidth=1.0)
+    words += ["every second turn shaded"] if turns else []
+    words += ["suggested crop dashed"] if bounds else []
+    axes.set_title(", ".join(words), fontsize="medium")
 
 
 def picture(path: Path, size: tuple[float, float]) -> Figure:
@@ -96,7 +103,7 @@ def _draw_altitude(axes: Axes, recording: Recording) -> None:
 
 
 def _draw_speed(axes: Axes, recording: Recording) -> None:
-    axes.set(title="Speed, every second turn shaded; suggested crop dashed", xlabel="time (s)", ylabel="speed (m/s)")
+    axes.set(xlabel="time (s)", ylabel="speed (m/s)")
     assert recording.gps is not None
     time, enu = recording.gps.time, recording.gps.enu
     middles = 0.5 * (time[1:] + time[:-1])

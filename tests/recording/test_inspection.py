@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,10 @@ from tiny import TOML, Tiny
 
 from sssi_exudyn.analysis.skiing import skiing_of
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.recording.inspection import format_inspection, inspect_recording
+from sssi_exudyn.recording.inspection import format_inspection, format_surface, inspect_recording
 from sssi_exudyn.recording.inspection_plot import plot_inspection
 from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.terrain.profile import SurfaceFigures
 
 
 def test_figures_of_a_recording(tmp_path: Path) -> None:
@@ -101,6 +103,25 @@ def test_a_phone_has_no_empty_panel(tmp_path: Path) -> None:
     plot_inspection(dataclasses.replace(recording, gps=None), tmp_path / "bare.svg")
     counts = [(tmp_path / name).read_text(encoding="utf-8").count('id="axes_') for name in ("picture.svg", "bare.svg")]
     assert counts == [4, 1]  # track, speed, altitude and sampling; sampling alone
+
+
+def test_the_speed_panel_names_what_it_shows(tmp_path: Path) -> None:
+    whole = read_recording(Tiny().write(tmp_path / "whole"))
+    rest = read_recording(with_rest(Tiny(), 4.0).write(tmp_path / "rest"))
+    titles = {}
+    for name, recording, skiing in (("whole", whole, skiing_of(whole)), ("rest", rest, skiing_of(rest))):
+        plot_inspection(recording, tmp_path / f"{name}.svg", skiing)
+        drawn = (tmp_path / f"{name}.svg").read_text(encoding="utf-8")
+        titles[name] = re.findall(r"<!-- (Speed.*?) -->", drawn)
+    assert titles == {
+        "whole": ["Speed, every second turn shaded"],
+        "rest": ["Speed, every second turn shaded, suggested crop dashed"],
+    }
+
+
+def test_a_height_that_rounds_to_zero_has_no_minus() -> None:
+    surface = SurfaceFigures(-0.68, -0.003, 1.65, 12.9, 13.0, 1)
+    assert "-0.68 to +0.00 m" in format_surface(surface)
 
 
 def test_text_of_motion_alone(tmp_path: Path) -> None:

@@ -43,7 +43,7 @@ def _extent(run: StoredRun) -> str:
     if figures is None:
         return ""
     return (
-        f"along the path the snow lies {figures.lowest_m:+.2f} to {figures.highest_m:+.2f} m about the slope's plane,"
+        f"along the path the snow lies {figures.lowest_m:+z.2f} to {figures.highest_m:+z.2f} m about the slope's plane,"
         f" and is {figures.inclination_least_deg:.1f} to {figures.inclination_most_deg:.1f}° steep"
     )
 
