@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
@@ -25,6 +26,8 @@ SIZE: Final = (8.0, 3.2)
 _COLOURS: Final = {"left": plots.COLOURS[1], "right": plots.COLOURS[0]}
 _LEGEND: Final = 0.4
 """Inches below panels for their legend."""
+_MOST_COLUMNS: Final = 4
+"""Columns of a legend."""
 Draw = Callable[[Axes], None]
 
 
@@ -49,13 +52,16 @@ def figure_of(section: Section, needed: str) -> Figure:
 
 
 def curves(draw: Draw, title: str, on: Figure | None = None) -> Figure:
-    """Return a figure of one pair of axes with a legend; ``on`` is one to draw on instead of a new one."""
+    """Return a figure of one pair of axes with a legend below; ``on`` is one to draw on instead of a new one."""
     figure = on or new_figure(*SIZE)
     axes = figure.axes[0] if on else figure.add_subplot()
     draw(axes)
     axes.set_title(plot_text(title), loc="left", fontsize=10.0)
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(frameon=False, ncols=3, fontsize=8.0)
+    for legend in tuple(figure.legends):  # of what was drawn before
+        legend.remove()
+    handles, names = axes.get_legend_handles_labels()
+    if handles:
+        _place_legend(figure, handles, names)
     return figure
 
 
@@ -71,8 +77,17 @@ def _of_panels(block: Panels) -> Figure:
         axes.set_axis_off()
     handles = [_handle(key) for key in block.keys]
     names = [plot_text(key.meaning) for key in block.keys]
-    figure.legend(handles, names, loc="outside lower left", ncols=4, frameon=False)
+    _place_legend(figure, handles, names)
     return figure
+
+
+def _place_legend(figure: Figure, handles: Sequence[Artist], names: Sequence[str]) -> None:
+    """Put the legend below the axes, where no data are, in as many columns as fit the figure's width."""
+    for columns in range(_MOST_COLUMNS, 0, -1):
+        legend = figure.legend(handles, names, loc="outside lower left", ncols=columns, frameon=False)
+        if columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
+            return
+        legend.remove()
 
 
 def _handle(key: Key) -> Line2D:
@@ -104,8 +119,10 @@ def draw_speed(run: StoredRun, axes: Axes) -> None:
 
 
 def draw_loads(run: StoredRun, axes: Axes) -> None:
-    """Draw the force square to each sole, with the insoles' where there are some."""
+    """Draw the force square to each sole, with the insoles' over the same time where there are some."""
     insoles = measured_loads(run)
+    if insoles is not None:
+        insoles = insoles[insoles["time_s"].between(run.time[0], run.time[-1])]
     for side, colour in _COLOURS.items():
         axes.plot(run.time, run.series[f"{side}_sole_N"], color=colour, label=f"{side}, simulated")
         if insoles is not None:

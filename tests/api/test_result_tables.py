@@ -38,13 +38,29 @@ def test_every_plot_is_a_figure_with_something_in_it(result: Result, name: str) 
     mpl.pyplot.close(figure)
 
 
+@pytest.mark.parametrize("name", ["plot_agreement", "plot_angles", "plot_energy", "plot_from_above", "plot_loads"])
+def test_a_legend_is_below_the_axes_and_within_its_figure(result: Result, name: str) -> None:
+    figure = getattr(result, name)()
+    figure.canvas.draw()
+    (legend,) = figure.legends
+    extent = legend.get_window_extent()
+    assert extent.x0 >= 0.0
+    assert extent.x1 <= figure.bbox.width
+    assert extent.y1 <= min(axes.get_window_extent().y0 for axes in figure.axes)
+    mpl.pyplot.close(figure)
+
+
 def test_track_and_loads_show_what_was_simulated_and_what_was_measured(result: Result) -> None:
     track = result.plot_track()
     assert [line.get_label() for line in track.axes[0].lines] == ["GPS", "antenna, simulated"]
-    assert len(result.plot_loads().axes[0].lines) == 4
+    loads = result.plot_loads().axes[0].lines
+    assert len(loads) == 4
+    assert all(line.get_xdata()[0] >= loads[0].get_xdata()[0] for line in loads)
+    assert all(line.get_xdata()[-1] <= loads[0].get_xdata()[-1] for line in loads)
     bare = replace(result, stored=replace(result.stored, measured=None))
     assert bare.plot_track(track) is track
     assert len(track.axes[0].lines) == 3
+    assert len(track.legends) == 1
 
 
 def test_any_column_is_drawn_and_an_unknown_one_is_named(result: Result) -> None:
