@@ -25,16 +25,16 @@ def boots(runs: Runs) -> Section:
 
 
 def _shares(run: StoredRun) -> str:
-    """State how much of the ankles' moment the cuffs make."""
+    """State the largest moments of the ankles and of their cuffs, which need not act at the same time."""
     figures = run.summary.boots
     if figures is None or figures.ankles is None:
         return ""
     largest = [
-        f"{number(ankle.cuff_peak_Nm)} of up to {number(ankle.moment_peak_Nm)} N m on the {side}"
+        f"{number(ankle.moment_peak_Nm)} N m on the {side} (its cuff {number(ankle.cuff_peak_Nm)} N m)"
         for side in SIDES
         if (ankle := figures.ankles.get(side)) is not None
     ]
-    return f"the cuff makes up to {' and '.join(largest)}"
+    return f"the ankle's moment reaches {' and '.join(largest)}"
 
 
 def _blocks(run: StoredRun) -> tuple[Block, ...]:
@@ -46,12 +46,12 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
         for name, key in (
             ("neutral angle of the cuff, as captured (°)", "lean_deg"),
             ("ankle's moment, rms (N m)", "moment_rms_Nm"),
-            ("largest", "moment_peak_Nm"),
+            ("ankle's moment, largest (N m)", "moment_peak_Nm"),
             ("the cuff's part, rms (N m)", "cuff_rms_Nm"),
-            ("largest", "cuff_peak_Nm"),
+            ("the cuff's part, largest (N m)", "cuff_peak_Nm"),
             ("the muscles' part, rms (N m)", "muscles_rms_Nm"),
             ("the cuff's moment in edging, rms (N m)", "edging_rms_Nm"),
-            ("largest", "edging_peak_Nm"),
+            ("the cuff's moment in edging, largest (N m)", "edging_peak_Nm"),
             ("deflection of boot and ankle in edging, rms (°)", "edging_give_rms_deg"),
         )
     ]
