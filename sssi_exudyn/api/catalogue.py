@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from sssi_exudyn.api.arguments import AnyPath, ProgressWanted, path_of
+from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.command_line import Argument, Option
 
 if TYPE_CHECKING:
     from sssi_exudyn.bodies.ski.identification import IdentifiedSki
 
 
+@checked
 def terms() -> list[dict[str, str | float]]:
     """List every force term with its parameters.
 
@@ -31,6 +33,7 @@ def terms() -> list[dict[str, str | float]]:
     return commands.terms()
 
 
+@checked
 def hypotheses() -> list[dict[str, str | float]]:
     """List every hypothesis of the diagnosis.
 
@@ -46,6 +49,7 @@ def hypotheses() -> list[dict[str, str | float]]:
     return commands.hypotheses()
 
 
+@checked
 def data_dictionary() -> list[dict[str, str]]:
     """List every column of a result's tables.
 
@@ -61,8 +65,9 @@ def data_dictionary() -> list[dict[str, str]]:
     return commands.data_dictionary()
 
 
+@checked
 def turn(
-    skis: Annotated[str | Sequence[str], Argument("SKI", count="+")],
+    skis: Annotated[AnyPath | Sequence[AnyPath], Argument("SKI", count="+")],
     edge: Annotated[str | float | Sequence[float], Option(metavar="DEG", read=str)] = "30:70",
     speed: Annotated[float, Option(metavar="M/S")] = 10.0,
     *,
@@ -92,11 +97,12 @@ def turn(
     from sssi_exudyn.api.progress import progress_of
     from sssi_exudyn.commands.ski_turn import compare_skis, edge_angles
 
-    names = [skis] if isinstance(skis, str) else list(skis)
+    names = [os.fspath(ski) for ski in ([skis] if isinstance(skis, str | os.PathLike) else skis)]
     numbers = {"speed": speed, "load": load}
     return compare_skis(names, edge_angles(edge), numbers, path_of(page), progress_of(progress))
 
 
+@checked
 def identify(
     folder: Annotated[AnyPath, Argument("FOLDER", Path)],
     out: Annotated[AnyPath, Option(metavar="TOML")] | None = None,
@@ -123,6 +129,7 @@ def identify(
     return commands.identify(Path(folder), path_of(out), path_of(report))
 
 
+@checked
 def use_plugin(plugin: AnyPath | object) -> dict[str, Any]:
     """Put other people's force terms, hypotheses and readers to use, and return them by name; their code is run.
 

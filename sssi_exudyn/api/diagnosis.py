@@ -18,12 +18,14 @@ from sssi_exudyn.api.arguments import (
     stretch_of,
     use_plugins,
 )
+from sssi_exudyn.core.checked import checked
 
 if TYPE_CHECKING:
     from sssi_exudyn.api.result import Result
     from sssi_exudyn.results.day import Day
 
 
+@checked
 def diagnose(
     recording: DiagnosedRecording,
     out: OutFolder | None = None,
@@ -63,6 +65,7 @@ def diagnose(
     return result_of(made, path_of(out))
 
 
+@checked
 def diagnose_day(
     recordings: Sequence[AnyPath],
     out: AnyPath,

@@ -8,6 +8,7 @@ from pathlib import Path
 from sssi_exudyn.api.arguments import AnyPath
 from sssi_exudyn.api.result import Result, result_of
 from sssi_exudyn.commands.runs import Outcome, write_outcome
+from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.simulation.full.open_model import OpenModel
@@ -30,6 +31,7 @@ class ExudynModel(OpenModel):
 
     recording: Recording = field(kw_only=True)
 
+    @checked
     def run(self, solution: AnyPath | None = None, *, until: float | None = None) -> Result:
         """Simulate in Exudyn from where the model stands, with all that was added or changed.
 

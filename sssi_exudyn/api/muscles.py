@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from sssi_exudyn.api import runs
-from sssi_exudyn.api.arguments import AnyPath, ProgressWanted, ResultOrRecording, path_of
+from sssi_exudyn.api.arguments import AnyPath, ProgressWanted, ResultOrRecording, path_of, recording_of
+from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.choices import MuscleSet, Power
 from sssi_exudyn.core.command_line import Option
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.api.result import Result
 
 
+@checked
 def muscles(
     run: ResultOrRecording,
     out: Annotated[AnyPath, Option(metavar="DIR")] | None = None,
@@ -48,13 +50,13 @@ def muscles(
     from sssi_exudyn.results.folder import SUMMARY
 
     shown, target = progress_of(progress), path_of(out)
-    if isinstance(run, Result):
-        whole, folder = run, None
-    elif isinstance(run, Recording) or not (Path(run) / SUMMARY).is_file():
-        whole, folder = runs.run(run, target, progress=shown), target
+    source = run if isinstance(run, Result) else recording_of(run)
+    if isinstance(source, Result):
+        whole, folder = source, None
+    elif isinstance(source, Recording) or not (source / SUMMARY).is_file():
+        whole, folder = runs.run(source, target, progress=shown), target
     else:
-        folder = Path(run)
-        whole = load_result(folder)
+        whole, folder = load_result(source), source
     with lock_of(target), shown.stage("muscles") as stage:
         computed = muscles_of(whole.stored, folder or Path(whole.name), power, muscles)
         stage.advance(1.0, f"{len(computed.time)} samples")

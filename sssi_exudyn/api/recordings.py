@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Unpack
 
 from sssi_exudyn.api.arguments import AnyPath, Picture, ProgressWanted, RecordingFolder, path_of
+from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.command_line import Argument, Option
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.importing.answers import AnswerOptions, Answers
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.terrain.profile import SurfaceFigures
 
 
+@checked
 def example(
     name: Annotated[str, Argument("NAME")], out: Annotated[AnyPath, Option(metavar="FOLDER")] | None = None
 ) -> Path:
@@ -44,6 +46,7 @@ def example(
     return commands.example(name, path_of(out))
 
 
+@checked
 def read_recording(folder: AnyPath) -> Recording:
     """Read a recording: the folder of one run with its ``recording.toml``, checked and on one clock.
 
@@ -64,6 +67,7 @@ def read_recording(folder: AnyPath) -> Recording:
     return read(Path(folder))
 
 
+@checked
 def inspect(recording: RecordingFolder, picture: Picture | None = None) -> Inspection:
     """Show the content of a recording, and its problems.
 
@@ -106,6 +110,7 @@ def terrain(
     return commands.terrain(Path(recording), path_of(elevations), path_of(picture), crs)
 
 
+@checked
 def import_files(
     files: Annotated[AnyPath | Sequence[AnyPath], Argument("FILE", Path, "+")],
     out: Annotated[AnyPath, Option(metavar="FOLDER")],
@@ -145,8 +150,9 @@ def import_files(
         return import_run(given, Path(out), known, run)
 
 
+@checked
 def import_day(
-    files: AnyPath | Sequence[AnyPath],
+    files: Annotated[AnyPath | Sequence[AnyPath], Argument("FILE", Path, "+")],
     out: AnyPath,
     *,
     defaults: AnyPath | None = None,

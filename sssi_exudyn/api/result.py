@@ -17,6 +17,7 @@ from sssi_exudyn.analysis.biomechanics import ResidualMoment, TurnFigures
 from sssi_exudyn.api.result_plots import ResultPlots
 from sssi_exudyn.api.result_tables import ResultTables, with_units
 from sssi_exudyn.commands.runs import Made, write_report
+from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.io.files import read_text
@@ -125,6 +126,7 @@ class Result(ResultTables, ResultPlots):
         """Return what GPS and insoles measured, one row an instant; None where there was nothing."""
         return None if self.stored.measured is None else with_units(self.stored.measured)
 
+    @checked
     def save(self, folder: str | os.PathLike[str]) -> Result:
         """Write the result's folder, with its report, and return the result as it is stored there.
 
@@ -137,6 +139,7 @@ class Result(ResultTables, ResultPlots):
             write_run(out, self.stored, self.opensim)
         return Result(self.stored, self.opensim, out)
 
+    @checked
     def report(self, file: str | os.PathLike[str]) -> Path:
         """Write the report, a page (.html) or a document to print (.pdf), and return that file's path."""
         return write_report([(self.stored, self.name)], Path(file))

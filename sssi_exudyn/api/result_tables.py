@@ -14,6 +14,7 @@ import pandas as pd
 
 from sssi_exudyn.api.arguments import RecordingOrFolder, recording_of
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.text import csv_cell, csv_of, did_you_mean
 from sssi_exudyn.io.writing import check_file_name, folder_lock, write_atomically
@@ -61,6 +62,7 @@ class ResultTables:
         """Return the table of turns, one row a turn and phase; None for a result without turns."""
         return None if self.stored.turn_table is None else with_units(self.stored.turn_table)
 
+    @checked
     def over_turns(self, columns: Sequence[str] | str | None = None, *, points: int = 101) -> pd.DataFrame:
         """Return columns of the series at even percentages of each complete turn.
 
@@ -97,6 +99,7 @@ class ResultTables:
             parts.append(table)
         return with_units(pd.concat(parts))
 
+    @checked
     def to_csv(self, folder: str | os.PathLike[str]) -> list[Path]:
         """Write every table of the result as CSV into a folder, and return the files' paths.
 
@@ -118,6 +121,7 @@ class ResultTables:
                 written.append(out / COLUMNS)
         return written
 
+    @checked
     def to_excel(self, file: str | os.PathLike[str]) -> Path:
         """Write figures and tables as one workbook with a sheet each, and return that file's path.
 
@@ -142,6 +146,7 @@ class ResultTables:
         write_atomically(path, buffer.getvalue())
         return path
 
+    @checked
     def to_track(self, file: str | os.PathLike[str], recording: RecordingOrFolder) -> Path:
         """Write the simulated track of the antenna for maps (.gpx, .kml or .geojson), and return that file's path.
 
@@ -170,6 +175,7 @@ class ResultTables:
         write_atomically(path, track_text(self.stored, whole.gps.origin, path.suffix))
         return path
 
+    @checked
     def to_gltf(self, file: str | os.PathLike[str]) -> Path:
         """Write the run as an animated 3D scene (.glb) and return that file's path.
 

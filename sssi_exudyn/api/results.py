@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from sssi_exudyn.api.arguments import AnyPath, Plugins, Results, use_plugins
+from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.command_line import Option
+from sssi_exudyn.core.errors import InputError
 
 if TYPE_CHECKING:
     from sssi_exudyn.api.result import Result
 
 
+@checked
 def load(folder: AnyPath, *, plugins: Plugins = ()) -> Result:
     """Load the result in a folder that ``run``, ``fit``, ``simulate`` or ``diagnose`` has written.
 
@@ -34,6 +38,7 @@ def load(folder: AnyPath, *, plugins: Plugins = ()) -> Result:
     return load_result(Path(folder))
 
 
+@checked
 def report(results: Results, out: Annotated[AnyPath, Option(metavar="FILE")]) -> Path:
     """Write the report of a result, or of several side by side.
 
@@ -53,7 +58,11 @@ def report(results: Results, out: Annotated[AnyPath, Option(metavar="FILE")]) ->
     from sssi_exudyn.commands.runs import write_report
     from sssi_exudyn.sweeps.sweep import is_sweep
 
-    given = [results] if isinstance(results, Result | str | os.PathLike) else list(results)
+    given = list(results) if isinstance(results, Sequence) and not isinstance(results, str) else [results]
+    for result in given:
+        if not isinstance(result, Result | str | os.PathLike):
+            problem = f"a {type(result).__name__} is no result"
+            raise InputError("report", "results", problem, "give results, or the paths of their folders")
     folders = [Path(result) for result in given if not isinstance(result, Result)]
     if folders and is_sweep(folders[0]):
         return commands.report(folders, Path(out))

@@ -25,6 +25,7 @@ from sssi_exudyn.api.arguments import (
     stretch_of,
     use_plugins,
 )
+from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.choices import Backend, HeadingMode, Method, Snow
 from sssi_exudyn.core.command_line import Option
 
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.model.model import Model
 
 
+@checked
 def model_of(recording: RecordingOrFolder) -> Model:
     """Make the paper's model of a recorded skier: nothing is fitted, friction is the default, the GPS gives the start.
 
@@ -48,6 +50,7 @@ def model_of(recording: RecordingOrFolder) -> Model:
     return make(*read_folder(recording_of(recording), SILENT))
 
 
+@checked
 def read_model(file: AnyPath, *, plugins: Plugins = ()) -> Model:
     """Read the model in a ``model.toml``, such as a result's.
 
@@ -68,6 +71,7 @@ def read_model(file: AnyPath, *, plugins: Plugins = ()) -> Model:
     return read(Path(file))
 
 
+@checked
 def build(
     recording: RecordingOrFolder,
     model: ModelOrFile | None = None,
@@ -112,6 +116,7 @@ def build(
     return ExudynModel(**vars(opened), recording=work.recording)
 
 
+@checked
 def simulate(
     recording: RecordingOrFolder,
     out: OutFolder | None = None,
@@ -164,6 +169,7 @@ def simulate(
         return result_of(made, work.out, csv=csv)
 
 
+@checked
 def fit(
     recording: RecordingOrFolder,
     out: OutFolder | None = None,
@@ -219,6 +225,7 @@ def fit(
         return result_of(fit_recording(work, chosen, method=method, parameters=parameters), work.out, csv=csv)
 
 
+@checked
 def run(
     recording: RecordingOrFolder,
     out: OutFolder | None = None,
@@ -261,6 +268,7 @@ def run(
     return chain(whole, out, terms=added, snow=snow, heading=heading, seconds=seconds, csv=csv, progress=progress)
 
 
+@checked
 def validate(
     recording: RecordingFolder,
     result: Annotated[AnyPath, Option(metavar="DIR")],

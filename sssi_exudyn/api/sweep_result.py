@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from sssi_exudyn.core.checked import checked
 from sssi_exudyn.io.writing import write_atomically
 from sssi_exudyn.sweeps.sweep import Status, read_swept, render_folder, status
 
@@ -41,6 +42,7 @@ class SweepResult:
         table.attrs["units"] = {column.name: column.unit for column in columns if column.unit}
         return table
 
+    @checked
     def report(self, file: str | Path) -> Path:
         """Write the sweep's page and return that file's path."""
         write_atomically(Path(file), render_folder(self.folder))

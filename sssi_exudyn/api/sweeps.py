@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from sssi_exudyn.api.arguments import AnyPath, OutFolder, Plugins, ProgressWanted, Workers, use_plugins
+from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.choices import Cluster
 from sssi_exudyn.core.command_line import Argument, Option
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.api.sweep_result import SweepResult
 
 
+@checked
 def sweep(
     file: Annotated[AnyPath | Mapping[str, Any], Argument("FILE", Path)],
     out: OutFolder,
@@ -61,6 +63,7 @@ def sweep(
     return SweepResult(Path(out))
 
 
+@checked
 def load_sweep(folder: Annotated[AnyPath, Argument("DIR", Path)]) -> SweepResult:
     """Load the sweep in a folder, finished or not.
 

@@ -27,6 +27,7 @@ from sssi_exudyn.core.choices import Backend, HeadingMode, Method, Snow
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.core.new_files import check_no_link
+from sssi_exudyn.core.text import one_line
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
 from sssi_exudyn.fitting.first_fit import Fitted, problem_of
 from sssi_exudyn.fitting.first_fit import fit as fit_problem
@@ -249,8 +250,16 @@ def _check_cutting(recording: Recording, method: Method) -> None:
 
 
 def terms_named(terms: Sequence[Term | str]) -> tuple[Term, ...]:
-    """Return force terms, names replaced by the terms with default numbers.  Raises InputError for an unknown name."""
-    return tuple(read_term(term, {}, "--term", "") if isinstance(term, str) else term for term in terms)
+    """Return force terms, names replaced by the terms with default numbers.
+
+    Raises InputError for an unknown name, and for what is neither a name nor a term, such as the class of a term.
+    """
+    known = [read_term(term, {}, "--term", "") if isinstance(term, str) else term for term in terms]
+    for term in known:
+        if not isinstance(term, Term):
+            name = getattr(term, "__name__", term)
+            raise InputError("terms", one_line(name), "it is no force term", "give an object of its class, or a name")
+    return tuple(known)
 
 
 def add_terms(model: Model, terms: Sequence[Term]) -> Model:

@@ -51,7 +51,7 @@ def split_owner(owner: str) -> tuple[str, int]:
 
 def number_ref(name: str) -> NumberRef:
     """Return the reference that a name is, or makes."""
-    return name if isinstance(name, NumberRef) else NumberRef(name)
+    return name if isinstance(name, NumberRef) else NumberRef(str(name))
 
 
 MU_T: Final = NumberRef("friction.mu_t")

@@ -51,10 +51,10 @@ def plus_minus(value: float, spread: float) -> str:
     return f"{value:.{digits}f} ± {spread:.{digits}f}"
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
+def did_you_mean(name: object, known: Iterable[str]) -> str:
     """Return the fix for an unknown name: the nearest known name, or else all known names."""
     names = sorted(known)
-    near = difflib.get_close_matches(name, names, 1)
+    near = difflib.get_close_matches(str(name), names, 1)
     return f"did you mean {near[0]!r}?" if near else f"use one of: {', '.join(names)}"
 
 

@@ -183,6 +183,9 @@ class Model:
 
         Raises InputError for an unknown name, with the nearest one, and for a value that is no number.
         """
+        if not isinstance(values, Mapping):
+            fix = 'give names with their values, such as {"friction.mu_t": 0.1}'
+            raise InputError("model", "values", f"a {type(values).__name__} is no mapping", fix)
         changed = self
         for name, value in values.items():
             number = number_ref(name)

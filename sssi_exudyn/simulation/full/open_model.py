@@ -14,9 +14,10 @@ from exudyn.itemInterface import MarkerKinematicTreeRigid, ObjectGround, VObject
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED, SEGMENT, SEGMENTS, forward_kinematics, jacobians
 from sssi_exudyn.bodies.skier.skeleton import Skeleton
+from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, gravity_in_slope
-from sssi_exudyn.core.text import did_you_mean
+from sssi_exudyn.core.text import did_you_mean, one_line
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.simulation.full.drawing import DrawnSkier, snow_graphics
@@ -47,6 +48,13 @@ _KINDS: Final = {
     "loads": _Counts("NumberOfLoads", "GetLoad"),
     "sensors": _Counts("NumberOfSensors", "GetSensor"),
 }
+
+
+class Numbers(dict[str, int]):
+    """Numbers by name.  An unknown name raises InputError with the nearest one."""
+
+    def __missing__(self, name: object) -> int:
+        raise InputError("model", one_line(name), "there is nothing of that name", did_you_mean(name, self))
 
 
 @dataclass(frozen=True)
@@ -109,12 +117,12 @@ class OpenModel:
         return self._run.system.container
 
     @property
-    def nodes(self) -> dict[str, int]:
+    def nodes(self) -> Numbers:
         """Numbers of nodes by name: ``skier``, and from tail to tip ``left_ski_node_0`` …"""
         return self._items("nodes")
 
     @property
-    def objects(self) -> dict[str, int]:
+    def objects(self) -> Numbers:
         """Numbers of objects by name.
 
         The skeleton is ``skier``, its joints are ``prescribed_angles``, all contact and air is ``snow_and_air``.
@@ -123,29 +131,30 @@ class OpenModel:
         return self._items("objects")
 
     @property
-    def markers(self) -> dict[str, int]:
+    def markers(self) -> Numbers:
         """Numbers of markers by name: of segments such as ``torso`` or ``femur_l``, and of the skis' nodes."""
         return self._items("markers")
 
     @property
-    def loads(self) -> dict[str, int]:
+    def loads(self) -> Numbers:
         """Numbers of loads by name: none, unless the user has added some."""
         return self._items("loads")
 
     @property
-    def sensors(self) -> dict[str, int]:
+    def sensors(self) -> Numbers:
         """Numbers of sensors by name: ``pelvis``, ``loads``, ``left_ski_shape`` and others."""
         return self._items("sensors")
 
     @property
-    def joints(self) -> dict[str, int]:
+    def joints(self) -> Numbers:
         """Indices of the 28 prescribed angles by name: rows of the constraint ``prescribed_angles``."""
-        return {name: index for index, name in enumerate(PRESCRIBED)}
+        return Numbers({name: index for index, name in enumerate(PRESCRIBED)})
 
     @property
-    def links(self) -> dict[str, int]:
+    def links(self) -> Numbers:
         """Links of the skier's kinematic tree by segment: several segments are welded to one link."""
-        return {name: link for name, (link, _, _) in zip(SEGMENTS, self._skeleton.links.of_segment, strict=True)}
+        segments = zip(SEGMENTS, self._skeleton.links.of_segment, strict=True)
+        return Numbers({name: link for name, (link, _, _) in segments})
 
     @property
     def time(self) -> float:
@@ -157,6 +166,7 @@ class OpenModel:
         """Acceleration (3,) m/s² of gravity in the slope frame, for loads of bodies that are added."""
         return gravity_in_slope(self.model.inclination)
 
+    @checked
     def add_marker(self, segment: str, place: Array | tuple[float, float, float], name: str) -> int:
         """Add a marker at a place of a segment and return its number.
 
@@ -173,6 +183,7 @@ class OpenModel:
             raise InputError("add_marker", "name", f"there is a marker {name!r} already", "choose another name")
         return self._add_marker(index, np.asarray(place, dtype=np.float64), name)
 
+    @checked
     def state_of(self, segment: str, place: Array | tuple[float, float, float]) -> tuple[Array, Array]:
         """Return where a place of a segment is, (3,) m, and how it moves, (3,) m/s, at ``time`` in the slope frame.
 
@@ -185,6 +196,7 @@ class OpenModel:
         linear = jacobians(poses, [index], there[None])[1][0]
         return there, np.asarray(linear @ (links.sign * v))
 
+    @checked
     def recorded(self, sensor: str) -> pd.DataFrame:
         """Return what a sensor of the model has recorded, one row a step with ``time_s`` first.
 
@@ -246,10 +258,11 @@ class OpenModel:
             raise InputError("segment", name, "the skier has no such segment", did_you_mean(name, SEGMENTS))
         return SEGMENT[name]
 
-    def _items(self, kind: str) -> dict[str, int]:
+    def _items(self, kind: str) -> Numbers:
         counts, mbs = _KINDS[kind], self.mbs
         get = getattr(mbs, counts.get)
-        return {str(get(number)["name"]): number for number in range(getattr(mbs.systemData, counts.count)())}
+        count = getattr(mbs.systemData, counts.count)()
+        return Numbers({str(get(number)["name"]): number for number in range(count)})
 
     def _now(self) -> tuple[Array, Array]:
         """Return the tree's coordinates and rates (31,) as they are at ``time``."""
