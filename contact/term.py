@@ -398,8 +398,8 @@ def parameters(term: Term) -> dict[str, float]:
 
 
 def formula(cls: type[Term]) -> str:
-    """Return the line of a term's docstring that begins with ``Formula:``, without it; "" where there is none."""
-    for line in inspect.cleandoc(cls.__doc__ or "").splitlines():
-        if line.startswith("Formula:"):
-            return line.removeprefix("Formula:").strip()
+    """Return the paragraph of a term's docstring that begins with ``Formula:``, without it; "" where there is none."""
+    for paragraph in inspect.cleandoc(cls.__doc__ or "").split("\n\n"):
+        if paragraph.startswith("Formula:"):
+            return " ".join(paragraph.removeprefix("Formula:").split("\n")).strip()
     return ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from html import escape
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,15 +12,15 @@ from sssi_exudyn.bodies.ski.bench_tests import Measurements
 from sssi_exudyn.bodies.ski.identification import Estimate, IdentifiedSki, Line
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.reports.html import document
-from sssi_exudyn.reports.plots import MEASURED, SIMULATED
-from sssi_exudyn.reports.section import Drawing, Grid, Section, Text
-from sssi_exudyn.reports.ski_curves import curve_drawings
+from sssi_exudyn.reports.plots import COLOURS, MEASURED, SIMULATED
+from sssi_exudyn.reports.section import Grid, Key, Panel, Panels, Section, Text
+from sssi_exudyn.reports.ski_curves import ski_curves
 
 _WORDS: Final = {
     "density": ("density", 1.0, "kg/m³"),
     "young_modulus": ("Young's modulus", 1e-9, "GPa"),
     "shear_modulus": ("shear modulus", 1e-9, "GPa"),
-    "damping_ratio": ("damping ratio of the tip", 1.0, "1"),
+    "damping_ratio": ("damping ratio of the tip", 1.0, ""),
     "frequency": ("frequency of the tip", 1.0, "Hz"),
 }
 _NO_TORSION: Final = (
@@ -39,9 +39,9 @@ def bench_page(measured: Measurements, identified: IdentifiedSki) -> str:
     ski, errors = identified.ski, identified.ski.uncertainty
     assert errors is not None
     lead = (
-        f'<p class="result">{escape(ski.name)}: E = {_text(identified.young_modulus, 1e-9)} GPa, EI known to '
-        f"{100.0 * errors.bending:.1f} %, GJ to {100.0 * errors.torsion:.1f} %, sidecut radius "
-        f"{ski.sidecut_radius():.1f} m.</p>\n"
+        f'<p class="result">{escape(ski.name)} has E = {_text(identified.young_modulus, 1e-9)} GPa and a '
+        f"sidecut radius of {ski.sidecut_radius():.1f} m. EI is known to {100.0 * errors.bending:.1f} %, GJ to "
+        f"{100.0 * errors.torsion:.1f} %.</p>\n"
     )
     rows = [["", "value", "95 % interval", "unit"]]
     for name, estimate, _ in identified.estimates:
@@ -49,11 +49,16 @@ def bench_page(measured: Measurements, identified: IdentifiedSki) -> str:
         low, high = scale * estimate.low, scale * estimate.high
         rows.append([words, f"{scale * estimate.value:.4g}", f"{low:.4g} to {high:.4g}", unit])
     missed = 100.0 * (identified.predicted_frequency / identified.frequency.value - 1.0)
+    side = "below" if missed < 0.0 else "above"
     check = (
-        f"The ski as identified vibrates at {identified.predicted_frequency:.2f} Hz, {missed:+.1f} % from the measured "
-        f"{identified.frequency.value:.2f} Hz, which its stiffness was not fitted to."
+        f"The ski as identified vibrates at {identified.predicted_frequency:.2f} Hz, {abs(missed):.1f} % {side} the "
+        f"measured {identified.frequency.value:.2f} Hz, to which its stiffness was not fitted."
     )
-    torsion: Text | Drawing = Text(_NO_TORSION)
+    damping = (
+        f"The ski's file has the damping ratio {ski.damping_ratio:.4f}. It belongs to the mean frequency of the two "
+        "slowest vibrations of the ski held at the boot centre; there tip and tail vibrate apart."
+    )
+    torsion: Text | Panels = Text(_NO_TORSION)
     if identified.torsion is not None:
         degrees = np.degrees(measured.twist)
         line = Line(*(float(np.degrees(value)) for value in vars(identified.torsion).values()))
@@ -61,11 +66,11 @@ def bench_page(measured: Measurements, identified: IdentifiedSki) -> str:
     millimetres = Line(*(1e3 * value for value in vars(identified.bending).values()))
     bending = _line_drawing(measured.force, 1e3 * measured.deflection, millimetres, ("force (N)", "deflection (mm)"))
     sections = [
-        Section("Numbers", (Grid(rows), Text(check), Text(_STIFFNESS))),
+        Section("Numbers", (Grid(rows), Text(check), Text(damping), Text(_STIFFNESS))),
         Section("Three-point bending", (bending,)),
         Section("Torsion", (torsion,)),
         Section("Free vibration", (_vibration(measured, identified),)),
-        Section("The ski's curves", curve_drawings([ski])),
+        Section("The ski's curves", (ski_curves([ski]),)),
     ]
     return document(f"Bench tests of {ski.name}", lead, sections)
 
@@ -74,22 +79,29 @@ def _text(estimate: Estimate, scale: float) -> str:
     return f"{scale * estimate.value:.3g} ({scale * estimate.low:.3g} to {scale * estimate.high:.3g})"
 
 
-def _line_drawing(x: Array, y: Array, line: Line, labels: tuple[str, str]) -> Drawing:
+def _line_drawing(x: Array, y: Array, line: Line, labels: tuple[str, str]) -> Panels:
     def draw(axes: Axes) -> None:
-        axes.plot(x, y, "o", color=MEASURED, markersize=3.5, label="measured")
+        axes.plot(x, y, "o", color=MEASURED, markersize=3.5)
         ends = np.array([x.min(), x.max()])
-        axes.plot(ends, line.intercept + line.slope * ends, color=SIMULATED, label="fitted")
-        axes.set(xlabel=labels[0], ylabel=labels[1])
+        axes.plot(ends, line.intercept + line.slope * ends, color=SIMULATED)
+        axes.set(xlabel=labels[0])
 
     share = 100.0 * line.slope_se / line.slope
-    return Drawing(f"{len(x)} points and their line, whose slope is known to {share:.2f} %", draw)
+    caption = f"{len(x)} points and their line, whose slope is known to {share:.2f} %"
+    return _figure(caption, Panel(labels[1], f"over {labels[0]}", draw), ".", "-")
 
 
-def _vibration(measured: Measurements, identified: IdentifiedSki) -> Drawing:
+def _vibration(measured: Measurements, identified: IdentifiedSki) -> Panels:
     def draw(axes: Axes) -> None:
-        axes.plot(measured.time, measured.signal, color=MEASURED, linewidth=1.0, label="measured")
+        axes.plot(measured.time, measured.signal, color=MEASURED, linewidth=1.0)
         late = measured.time[measured.time > identified.vibration.start]
-        axes.plot(late, identified.vibration.at(late), "--", color=SIMULATED, linewidth=1.0, label="fitted")
-        axes.set(xlabel="time (s)", ylabel="signal of the tip")
+        axes.plot(late, identified.vibration.at(late), "--", color=SIMULATED, linewidth=1.0)
+        axes.set(xlabel="time (s)")
 
-    return Drawing("The fit begins when the faster vibrations have died out", draw)
+    panel = Panel("signal of the tip", "over time", draw)
+    return _figure("The fit begins when the faster vibrations have died out", panel, "-", "--")
+
+
+def _figure(caption: str, panel: Panel, measured: Literal["-", "."], fitted: Literal["-", "--"]) -> Panels:
+    keys = (Key(COLOURS.index(MEASURED), measured, "measured"), Key(COLOURS.index(SIMULATED), fitted, "fitted"))
+    return Panels(caption, (panel,), keys, 4.6, 2.5)

@@ -14,8 +14,9 @@ from sssi_exudyn.contact.term import formula, parameters
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.reports.html import document
-from sssi_exudyn.reports.section import Block, Drawing, Facts, Grid, Heading, Items, Section, Text
-from sssi_exudyn.reports.ski_curves import curve_drawings, line_of
+from sssi_exudyn.reports.section import Block, Facts, Grid, Heading, Items, Panel, Panels, Section, Text
+from sssi_exudyn.reports.sections.tables import unit_text
+from sssi_exudyn.reports.ski_curves import line_of, side_by_side, ski_curves
 from sssi_exudyn.simulation.turns.steady_turn import SteadyTurn, TurnCase
 from sssi_exudyn.simulation.turns.turn_rig import UNCERTAIN, Difference, RigPoint, difference
 
@@ -37,7 +38,7 @@ def turn_page(skis: Sequence[Ski], points: Sequence[RigPoint], case: TurnCase) -
     sections = [
         Section("Radius", (_over_edge(names, points, "radius (m)", _radius_bar), Grid(_radius_rows(names, points)))),
         Section(f"Against {names[0]}", _differences(names, points)),
-        Section("Side reserve", (Text(_RESERVE), _over_edge(names, points, "side reserve (1)", _reserve_bar))),
+        Section("Side reserve", (Text(_RESERVE), _over_edge(names, points, "side reserve", _reserve_bar))),
         Section(
             "What the snow takes",
             (Text(_BALANCE), _over_edge(names, points, "drag (N)", _drag), *_loss_tables(names, points)),
@@ -46,7 +47,7 @@ def turn_page(skis: Sequence[Ski], points: Sequence[RigPoint], case: TurnCase) -
         Section("What the bars are made of", (*_share_tables(skis, points), Items(_sources()))),
         Section(
             "Skis",
-            (*_ski_tables(skis), *curve_drawings(skis), Items(tuple(f"{ski.name}: {ski.source}" for ski in skis))),
+            (*_ski_tables(skis), ski_curves(skis), Items(tuple(f"{ski.name}: {ski.source}" for ski in skis))),
         ),
         Section("Snow", (Text(formula(type(case.law))), Facts(_snow_rows(case)))),
     ]
@@ -81,20 +82,18 @@ def _drag(point: RigPoint) -> tuple[float, float, float]:
     return (np.nan if point.turn is None else point.turn.drag), 0.0, 0.0
 
 
-def _over_edge(names: Sequence[str], points: Sequence[RigPoint], label: str, bar: _Bar) -> Drawing:
+def _over_edge(names: Sequence[str], points: Sequence[RigPoint], label: str, bar: _Bar) -> Panels:
     def draw(axes: Axes) -> None:
         for index, name in enumerate(names):
             own = [point for point in points if point.ski == name]
             edge = np.degrees([point.edge for point in own]) + 0.3 * (index - 0.5 * (len(names) - 1))
             value, less, more = np.array([bar(point) for point in own]).T
-            axes.errorbar(
-                edge, value, (less, more), label=name, capsize=2.0, marker="o", markersize=3.0, **line_of(index)
-            )
+            axes.errorbar(edge, value, (less, more), capsize=2.0, marker="o", markersize=3.0, **line_of(index))
         axes.set_xlabel("edge angle (degrees)")
-        axes.set_ylabel(label)
         axes.set_ylim(bottom=0.0)
 
-    return Drawing(f"{label} over the edge angle, one line a ski", draw)
+    panel = Panel(label, "over the edge angle", draw)
+    return side_by_side(names, [panel], f"{label[0].upper()}{label[1:]} over the edge angle, one line a ski")
 
 
 def _along(names: Sequence[str], points: Sequence[RigPoint]) -> tuple[Block, ...]:
@@ -107,22 +106,22 @@ def _along(names: Sequence[str], points: Sequence[RigPoint]) -> tuple[Block, ...
     turns = shared[0]
     edge_words = f"at {np.degrees(turns[0].case.edge):.0f} degrees"
 
-    def drawing(label: str, of: Callable[[SteadyTurn], Array]) -> Drawing:
+    def panel(label: str, of: Callable[[SteadyTurn], Array]) -> Panel:
         def draw(axes: Axes) -> None:
-            for index, (name, turn) in enumerate(zip(names, turns, strict=True)):
-                axes.plot(1e3 * turn.place, of(turn), label=name, **line_of(index))
+            for index, turn in enumerate(turns):
+                axes.plot(1e3 * turn.place, of(turn), **line_of(index))
             axes.set_xlabel("ahead of the boot centre (mm)")
-            axes.set_ylabel(label)
 
-        return Drawing(f"{label} along the edge, {edge_words}", draw)
+        return Panel(label, f"along the edge, {edge_words}", draw)
 
-    return (
-        drawing("pressure (kN/m)", lambda turn: 1e-3 * turn.pressure),
-        drawing("side force (kN/m)", lambda turn: 1e-3 * turn.across),
-        drawing("wall's share used (1)", _used),
-        drawing("slip across (m/s)", lambda turn: np.where(turn.depth > 0.0, turn.slip, np.nan)),
-        drawing("groove (mm)", lambda turn: 1e3 * np.where(turn.depth > 0.0, turn.groove, np.nan)),
+    panels = (
+        panel("pressure (kN/m)", lambda turn: 1e-3 * turn.pressure),
+        panel("side force (kN/m)", lambda turn: 1e-3 * turn.across),
+        panel("share of the wall used", _used),
+        panel("slip across (m/s)", lambda turn: np.where(turn.depth > 0.0, turn.slip, np.nan)),
+        panel("groove (mm)", lambda turn: 1e3 * np.where(turn.depth > 0.0, turn.groove, np.nan)),
     )
+    return (side_by_side(names, panels, f"Along the edge, {edge_words}"),)
 
 
 def _used(turn: SteadyTurn) -> Array:
@@ -163,7 +162,7 @@ def loss_rows(points: Sequence[RigPoint]) -> list[list[str]]:
             [
                 name,
                 f"{turn.drag:.0f} N",
-                *(f"{power:.0f} W" for power in (turn.power, *taken, turn.power - sum(taken))),
+                *(f"{round(power)} W" for power in (turn.power, *taken, turn.power - sum(taken))),
                 f"{1e3 * turn.groove.max():.1f} mm",
                 f"{np.degrees(np.arctan(turn.sideslip)):.2f}°",
             ]
@@ -186,7 +185,7 @@ def _difference_text(point: RigPoint, other: RigPoint) -> str:
         return "one may slip"
     low, high = (100.0 * bound for bound in change.interval)
     remark = "" if change.is_significant else ": may be none"
-    return f"{100.0 * change.share:+.1f} % ({low:+.1f} to {high:+.1f}){remark}"
+    return f"{100.0 * change.share:+.1f} % ({low:+.1f} to {high:+.1f}){remark}".replace("-", "−")
 
 
 _ALIKE: Final = (
@@ -212,7 +211,8 @@ def turn_sentences(names: Sequence[str], points: Sequence[RigPoint]) -> list[str
         parts = [_said([c for c in significant if (c.share < 0.0) == tighter], word) for tighter, word in _DIRECTIONS]
         words = " and ".join(part for part in parts if part)
         if not words:
-            words = "turns neither tighter nor wider by more than is uncertain"
+            sentences.append(f"{name} turns like {names[0]}: no difference between their radii is significant.")
+            continue
         sentences.append(f"{name} {words}, compared with {names[0]}.")
     return sentences
 
@@ -302,6 +302,6 @@ def _stiffness(value: float, error: float | None) -> str:
 def _snow_rows(case: TurnCase) -> list[tuple[str, str, str]]:
     about = quantities(type(case.law))
     return [
-        (about[name].meaning, f"{value:g} {about[name].unit}", about[name].source)
+        (about[name].meaning, f"{value:g} {unit_text(about[name].unit)}".rstrip(), about[name].source)
         for name, value in parameters(case.law).items()
     ]

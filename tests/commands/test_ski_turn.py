@@ -103,6 +103,7 @@ def test_two_skis_side_by_side(
         "side reserve",
         "pressure (kN/m)",
         "hardness",
+        "S_f·a, u = U + h·v_n",  # the formula to its end
         "Against slalom_165",
     ):
         assert word in page
