@@ -119,7 +119,7 @@ def _words(kind: Any) -> str:
     if origin is Annotated:
         return _words(kind.__origin__)
     if origin in (Union, UnionType):
-        path = os.PathLike in map(get_origin, parts)  # where a path goes, so does its text
+        path = any(get_origin(part) is os.PathLike for part in parts)  # where a path goes, so does its text
         kinds = [part for part in parts if part is not NoneType and not (path and part is str)]
         return " or ".join(dict.fromkeys(_words(part) for part in kinds))
     if origin is Literal:

@@ -75,3 +75,15 @@ def test_values_of_a_model_have_names(values: Any, message: str) -> None:
 def test_a_ski_may_be_given_as_a_path() -> None:
     with pytest.raises(sssi_exudyn.InputError, match=r"my\.toml: the file does not exist"):
         sssi_exudyn.turn(Path("my.toml"), edge=50)
+
+
+def test_items_of_the_exudyn_model_have_names() -> None:
+    # the class alone: a model in Exudyn takes seconds to build
+    from sssi_exudyn.simulation.full.open_model import Numbers
+
+    numbers = Numbers(skier=3)
+    assert numbers["skier"] == 3
+    with pytest.raises(
+        sssi_exudyn.InputError, match="model: skierr: there is nothing of that name; did you mean 'skier'"
+    ):
+        numbers["skierr"]

@@ -216,7 +216,7 @@ def test_the_bundled_bench_gives_the_slalom_ski_its_name_and_a_page(tmp_path: Pa
         estimate = getattr(identified, name)
         assert abs(estimate.value - getattr(true, name)) < 3.0 * estimate.se
     page = (tmp_path / "bench.html").read_text(encoding="utf-8")
-    for word in ("Three-point bending", "twist (degrees)", "signal of the tip", "EI known to", "sidecut radius"):
+    for word in ("Three-point bending", "twist (degrees)", "signal of the tip", "EI is known to", "sidecut radius"):
         assert word in page
     assert page.count("<svg") == 6  # three tests, three curves
 
