@@ -89,7 +89,24 @@ class SkisAlongCourse:
 
 
 @dataclass(frozen=True)
-class LeanOfTurns:
+class _ComparedMoments:
+    """The moments at which two instruments are compared: ``time`` (n,) s, on the clock that counts as right."""
+
+    time: Array
+
+    @property
+    def middle(self) -> float:
+        """Return the middle of the compared moments, s."""
+        return 0.5 * float(self.time[0] + self.time[-1])
+
+    @property
+    def span(self) -> float:
+        """Return the duration of the compared moments, s."""
+        return float(np.ptp(self.time))
+
+
+@dataclass(frozen=True)
+class LeanOfTurns(_ComparedMoments):
     """The track's sideways acceleration, predicted by the lean of the skier in the capture.
 
     Attributes
@@ -101,7 +118,6 @@ class LeanOfTurns:
     body_acceleration : (k, 3) m/s² of the centre of mass against the antenna
     """
 
-    time: Array
     acceleration: Array
     capture_time: Array
     azimuth: Array
@@ -109,16 +125,6 @@ class LeanOfTurns:
     body_acceleration: Array
     floor: float = 0.005
     """Where a skier does not stand in balance: by 0.4 % (rms), by 1.0 % at most in 23 recordings whose clocks agree."""
-
-    @property
-    def middle(self) -> float:
-        """Return the middle of the compared fixes, s."""
-        return 0.5 * float(self.time[0] + self.time[-1])
-
-    @property
-    def span(self) -> float:
-        """Return the duration of the compared fixes, s."""
-        return float(np.ptp(self.time))
 
     def left(self, rate: float, offsets: Array) -> Array:
         """Return the share of the sideways acceleration that the lean leaves unexplained."""
@@ -136,7 +142,7 @@ class LeanOfTurns:
 
 
 @dataclass(frozen=True)
-class LoadsOf:
+class LoadsOf(_ComparedMoments):
     """Loads under the feet, predicted by what another instrument sees.
 
     Attributes
@@ -145,21 +151,10 @@ class LoadsOf:
     load_time, load : (k,) s and what the insoles see of it
     """
 
-    time: Array
     predictor: Array
     load_time: Array
     load: Array
     floor: float
-
-    @property
-    def middle(self) -> float:
-        """Return the middle of the compared moments, s."""
-        return 0.5 * float(self.time[0] + self.time[-1])
-
-    @property
-    def span(self) -> float:
-        """Return the duration of the compared moments, s."""
-        return float(np.ptp(self.time))
 
     def left(self, rate: float, offsets: Array) -> Array:
         """Return the share of the loads that stays unexplained."""
