@@ -17,6 +17,8 @@ WORDS: Final[dict[Level, str]] = {"good": "good", "care": "with care", "bad": "d
 SYMBOLS: Final[dict[Level, str]] = {"good": "✓", "care": "!", "bad": "✗"}
 """A light's word and symbol: colour alone would tell nothing to one reader in twelve, and nothing in print."""
 _ORDER: Final[tuple[Level, ...]] = ("good", "care", "bad")
+_UNPREDICTED: Final = 2.0
+"""Times the error of a constant speed from which a fit's prediction says nothing of friction; chosen."""
 LEAST_CLOSURE: Final = 1.0
 """% of the turnover; a gap in the energy balance of that size changes μ_t by as much as its standard error or less."""
 
@@ -150,10 +152,12 @@ def _speed_is_not_predicted(summary: Summary) -> Verdict | None:
     predicted, constant = half.speed_rms_mps, half.constant_speed_rms_mps
     if predicted is None or constant is None or predicted < constant:
         return None
+    unknown = predicted > _UNPREDICTED * constant
     reason = (
-        f"It misses the second half by {predicted:.1f} m/s; the first half's mean speed misses it by {constant:.1f}."
+        f"It misses the second half by {predicted:.1f} m/s; the first half's mean speed misses it by {constant:.1f}"
+        f"{', so this recording does not identify friction' if unknown else ''}."
     )
-    return Verdict("care", "The predicted speed", reason)
+    return Verdict("bad" if unknown else "care", "The predicted speed", reason)
 
 
 def _moment(summary: Summary) -> Verdict | None:

@@ -69,6 +69,12 @@ OBJECTIONS = {
         "The predicted speed",
         "1.4 m/s",
     ),
+    "friction not identified": (
+        {"posture": {**POSTURE, "second_half": {**POSTURE["second_half"], "speed_rms_mps": 9.0}}},  # type: ignore[dict-item]
+        "bad",
+        "The predicted speed",
+        "does not identify friction",
+    ),
     "not fitted": ({"fit": {"method": None}}, "care", "Friction", "not fitted"),
 }
 
