@@ -119,7 +119,7 @@ def _of_type(given: object, kind: type[T], name: str) -> T:
     if isinstance(given, kind):
         return given
     fix = f"give a {kind.__name__}, or the path of one"
-    raise InputError("argument", name, f"a {type(given).__name__} is no {name}", fix)
+    raise InputError("argument", name, f"a value of type {type(given).__name__} is no {name}", fix)
 
 
 def use_plugins(plugins: Sequence[AnyPath]) -> None:

@@ -139,7 +139,7 @@ def test_columns_of_muscles_are_described() -> None:
 
 
 def test_arguments_of_another_type_are_one_clear_line() -> None:
-    with pytest.raises(InputError, match="a int is no recording"):
+    with pytest.raises(InputError, match="a value of type int is no recording"):
         sssi_exudyn.simulate(3)  # type: ignore[arg-type]
     with pytest.raises(InputError, match=r"did you mean 'friction\.mu_t'"):
         sssi_exudyn.model_of(bundled("beginner")[0]).with_values({"friction.mut": 0.1})

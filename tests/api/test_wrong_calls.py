@@ -17,8 +17,18 @@ WRONG: list[tuple[str, tuple[Any, ...], dict[str, Any], str]] = [
     ("turn", ("x",), {"speed": "fast"}, "turn: speed: 'fast' cannot be used here; give a number"),
     ("simulate", ("x",), {"snow": "ice"}, "simulate: snow: 'ice' cannot be used here; give 'paper' or 'carving'"),
     ("simulate", ("x",), {"csv": "no"}, "simulate: csv: 'no' cannot be used here; give True or False"),
-    ("simulate", (5,), {}, "argument: recording: a int is no recording; give a Recording, or the path of one"),
-    ("muscles", (5.0,), {}, "argument: recording: a float is no recording; give a Recording, or the path of one"),
+    (
+        "simulate",
+        (5,),
+        {},
+        "argument: recording: a value of type int is no recording; give a Recording, or the path of one",
+    ),
+    (
+        "muscles",
+        (5.0,),
+        {},
+        "argument: recording: a value of type float is no recording; give a Recording, or the path of one",
+    ),
     (
         "simulate",
         (BEGINNER,),
