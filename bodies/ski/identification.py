@@ -39,7 +39,7 @@ _LARGEST_ERROR: Final = 0.5
 _SETTLING_PERIODS: Final = 3.0
 """Periods of the first bending after which the faster, more strongly damped ones have died out."""
 _LEAST_POINTS: Final = 3
-"""Points of a line of which an error can be told."""
+"""Points of a line from which an error can be estimated."""
 
 
 @dataclass(frozen=True)

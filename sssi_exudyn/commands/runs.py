@@ -143,8 +143,12 @@ def choose_model(
 ) -> ChosenModel:
     """Return the given model, or the paper's, with further force terms, the snow and the heading.
 
-    Raises InputError for terms that do not act together, and for a heading that the snow does not decide.
+    Raises InputError for terms that do not act together, for a heading that the snow does not decide, and for a given
+    model on a stretch that begins later than the recording: its start is that of its own run.
     """
+    if model is not None and work.settings.get("seconds", [None])[0] is not None:
+        problem = "a given model starts with the place and speed of its own run's begin"
+        raise InputError("--seconds", "", problem, "give the end alone, such as :12.5, or leave the model out")
     given = read_model(model) if isinstance(model, Path) else model
     on_edges = (Carving(),) if snow == "carving" else ()
     chosen = add_terms(given or model_of(work.recording, work.motion), (*on_edges, *terms)).with_heading(heading)

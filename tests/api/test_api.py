@@ -200,6 +200,12 @@ def test_a_stretch_of_a_recording_is_simulated_alone(tmp_path: Path) -> None:
     assert run.model.start.velocity_f != sssi_exudyn.model_of(whole).start.velocity_f
 
 
+def test_a_given_model_keeps_its_own_begin() -> None:
+    whole = bundled("beginner")[0]
+    with pytest.raises(InputError, match="its own run's begin"):
+        sssi_exudyn.simulate(whole, model=sssi_exudyn.model_of(whole), seconds=(4.0, 7.0))
+
+
 @pytest.mark.parametrize("given", ["3", "5:3", "a:b", "1:2:3", (1.0,), (30.0, 40.0), "0:1.5"])
 def test_what_is_no_stretch_is_said(given: Any) -> None:
     with pytest.raises(InputError, match="stretch"):
