@@ -38,7 +38,7 @@ _ONSET, _DAMPING, _EXPONENT = 0.6, 0.5, 0.1
 _WAVES: Final = 12
 _LENGTHS: Final = (8.0, 60.0)
 """m; lengths of the snow's waves."""
-_STEEPNESS: Final = (0.002, 0.012)
+STEEPNESS: Final = (0.002, 0.012)
 """Root mean square slope of all waves together, from a groomed to a natural slope: heights of 1 to 10 cm."""
 _MARGIN: Final = 40.0
 """m of snow around the start, and a metre more for each tenth of a second downhill."""
@@ -96,10 +96,14 @@ def draw_instruments(rng: np.random.Generator, motion: Motion) -> Instruments:
     )
 
 
-def other_day(rng: np.random.Generator, recording: Recording, motion: Motion, fitted: Model) -> tuple[Model, Motion]:
+def other_day(
+    rng: np.random.Generator, recording: Recording, motion: Motion, fitted: Model,
+    steepness: tuple[float, float] = STEEPNESS,
+) -> tuple[Model, Motion]:  # fmt: skip
     """Draw a skier and his movement who weighs other than stated, on other snow, skis and slope.
 
-    He starts at the stretch's begin as in the recording.
+    He starts at the stretch's begin as in the recording.  The waves of the snow have a root mean square slope between
+    the two of ``steepness``.
     """
     assert recording.gps is not None
     inclination = fitted.inclination + float(rng.normal(0.0, _SLOPE))
@@ -119,7 +123,7 @@ def other_day(rng: np.random.Generator, recording: Recording, motion: Motion, fi
     )
     model = replace(
         fitted, inclination=inclination, skier=skier, ski=ski, start=start, terms=(*fitted.terms, *posture),
-        surface=draw_hill(rng, start.f, start.l, motion.stop - motion.start),
+        surface=draw_hill(rng, start.f, start.l, motion.stop - motion.start, steepness),
         solver=replace(fitted.solver, step=STEP, elements=_ELEMENTS),
     )  # fmt: skip
     drag = NumberRef("air.c_d")
@@ -143,16 +147,25 @@ def _draw_snow(rng: np.random.Generator, model: Model) -> dict[NumberRef, float]
     return factors | exponents
 
 
-def draw_hill(rng: np.random.Generator, f: float, l: float, long: float) -> Surface:  # noqa: E741
-    """Draw waves of all lengths and directions around and below a start (m), for so ``long`` (s)."""
+def draw_hill(
+    rng: np.random.Generator,
+    f: float,
+    l: float,
+    long: float,
+    steepness: tuple[float, float],  # noqa: E741
+) -> Surface:
+    """Draw waves of all lengths and directions around and below a start (m), for so ``long`` (s).
+
+    Their root mean square slope is between the two given ones.
+    """
     corners = np.array([[f - _MARGIN, l - _MARGIN], [f + _MARGIN + 10.0 * long, l + _MARGIN]])
     level = surface_over(corners, 1.0, 0.0)
-    steepness = float(np.exp(rng.uniform(*np.log(_STEEPNESS))))
+    slope = float(np.exp(rng.uniform(*np.log(steepness))))
     heights = np.zeros(len(level.nodes()))
     for _ in range(_WAVES):
         k = 2.0 * np.pi / float(np.exp(rng.uniform(*np.log(_LENGTHS))))
         turn, phase = float(rng.uniform(-np.pi / 3.0, np.pi / 3.0)), float(rng.uniform(0.0, 2.0 * np.pi))
-        amplitude = float(rng.normal(0.0, steepness * np.sqrt(2.0 / _WAVES))) / k
+        amplitude = float(rng.normal(0.0, slope * np.sqrt(2.0 / _WAVES))) / k
         heights += amplitude * np.sin(k * (level.nodes() @ [np.cos(turn), np.sin(turn)]) + phase)
     return replace(level, mean=heights.reshape(level.mean.shape))
 
