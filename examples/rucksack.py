@@ -17,7 +17,7 @@ import sssi_exudyn
 
 MASS, BACK = 8.0, (-0.15, 0.0, 0.25)  # kg; place in the torso's frame, m
 
-model = sssi_exudyn.build(Path(__file__).parent / "beginner", stop=3.0)
+model = sssi_exudyn.build(Path(__file__).parent / "beginner", seconds=":3")
 mbs = model.mbs
 
 # a mass on springs behind the shoulders; it starts where the back is, as fast as the back

@@ -109,7 +109,7 @@ def stretch_of(given: str | tuple[float, float] | None) -> tuple[float, float] |
     if given is None:
         return None
     try:
-        return read_stretch(given if isinstance(given, str) else ":".join(map(str, given)))
+        return read_stretch(":".join(map(str, given)) if isinstance(given, (tuple, list)) else str(given))
     except (TypeError, ValueError) as error:
         raise InputError("argument", "seconds", str(error), "give two times of the recording's clock") from None
 

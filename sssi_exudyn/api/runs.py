@@ -76,10 +76,9 @@ def build(
     recording: RecordingOrFolder,
     model: ModelOrFile | None = None,
     *,
-    start: float | None = None,
-    stop: float | None = None,
     terms: Terms = (),
     snow: Snow = "paper",
+    seconds: Seconds | None = None,
     plugins: Plugins = (),
     progress: ProgressWanted = False,
 ) -> ExudynModel:
@@ -89,10 +88,9 @@ def build(
     ----------
     recording : the recording: a folder with recording.toml, or a ``Recording``
     model : the model, such as a result's model.toml.  Without one friction is the default.
-    start : s on the recording's clock; without it the recording's begin
-    stop : s on the recording's clock; without it the recording's end
     terms : force terms to add, by name with their default numbers (sssi terms), or objects
     snow : friction at the foot as in the paper, or snow that edges cut.  It is ``"paper"`` or ``"carving"``.
+    seconds : the stretch of the recording to use, in s of its clock, such as 3:12.5 (default: all of it)
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
@@ -100,19 +98,20 @@ def build(
 
     Examples
     --------
-    >>> model = sssi_exudyn.build("examples/beginner", stop=3.0)
+    >>> model = sssi_exudyn.build("examples/beginner", seconds=":3")
     >>> model.objects["skier"], model.nodes["left_ski_node_0"]
     >>> result = model.run()
     """
     from sssi_exudyn.api.exudyn_model import ExudynModel
     from sssi_exudyn.api.progress import progress_of
+    from sssi_exudyn.commands.recordings import SHORTEST_RUN
     from sssi_exudyn.commands.runs import build_model, choose_model, open_recording, terms_named
 
     use_plugins(plugins)
     added = terms_named(terms)
-    with open_recording(recording_of(recording), None, progress_of(progress)) as work:
-        chosen = choose_model(work, model_in(model), added, snow, None)
-        opened = build_model(work, chosen, start=start, stop=stop)
+    source, stretch = recording_of(recording), stretch_of(seconds)
+    with open_recording(source, None, progress_of(progress), stretch, SHORTEST_RUN) as work:
+        opened = build_model(work, choose_model(work, model_in(model), added, snow, None))
     return ExudynModel(**vars(opened), recording=work.recording)
 
 

@@ -23,8 +23,10 @@ if TYPE_CHECKING:
 
 SILENT: Final = Progress()
 """Reports no progress."""
-_SHORTEST: Final = 2.0
-"""s; the shortest stretch of a run that is worth computing: one turn."""
+SHORTEST_FIT: Final = 2.0
+"""s; the shortest stretch of a run that a fit can use: one turn."""
+SHORTEST_RUN: Final = 0.1
+"""s; the shortest stretch that is simulated."""
 
 
 def inspect(folder: Path, out: Path | None = None) -> Inspection:
@@ -99,28 +101,31 @@ def _snow(recording: Recording) -> tuple[Surface, Array, float, int] | None:
 
 
 def read_folder(
-    source: Path | Recording, progress: Progress, seconds: tuple[float, float] | None = None
+    source: Path | Recording,
+    progress: Progress,
+    seconds: tuple[float, float] | None = None,
+    shortest: float = SHORTEST_FIT,
 ) -> tuple[Recording, Motion]:
     """Read a recording, unless it is one already, and its motion; both end at ``seconds``, where these are given.
 
-    Raises InputError where something in it is wrong, and for a stretch outside of it or shorter than ``_SHORTEST``.
+    Raises InputError where something in it is wrong, and for a stretch outside of it or shorter than ``shortest`` (s).
     """
     from sssi_exudyn.motion.from_recording import motion_from_recording
 
     with progress.stage("read") as stage:
         recording = source if isinstance(source, Recording) else read_recording(source)
         if seconds is not None:
-            recording = _stretch(recording, *seconds)
+            recording = _stretch(recording, *seconds, shortest)
         motion = motion_from_recording(recording)
         stage.advance(1.0, f"{motion.stop - motion.start:.1f} s of {recording.name}")
     return recording, motion
 
 
-def _stretch(recording: Recording, begin: float, end: float) -> Recording:
+def _stretch(recording: Recording, begin: float, end: float, shortest: float) -> Recording:
     """Return a stretch of a recording (s of its clock).  Raises InputError where hardly anything of it is left."""
     first, last = max(begin, recording.start), min(end, recording.stop)
-    if last - first < _SHORTEST:
-        problem = f"{begin:g} to {end:g} s hold less than {_SHORTEST:g} s of the run"
+    if last - first < shortest:
+        problem = f"{begin:g} to {end:g} s hold less than {shortest:g} s of the run"
         fix = f"choose a longer stretch of {recording.start:.2f} to {recording.stop:.2f} s"
         raise InputError(recording.folder, "seconds", problem, fix)
     return replace(recording, start=first, stop=last)

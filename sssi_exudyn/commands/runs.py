@@ -19,7 +19,7 @@ from sssi_exudyn.analysis.biomechanics import biomechanics, label_turns, residua
 from sssi_exudyn.analysis.boots import add_cuffs
 from sssi_exudyn.analysis.losses import loss_figures
 from sssi_exudyn.commands.expected import expected_seconds
-from sssi_exudyn.commands.recordings import SILENT, read_folder
+from sssi_exudyn.commands.recordings import SHORTEST_FIT, SILENT, read_folder
 from sssi_exudyn.contact.registry import check_together, combine_terms, is_carved, read_term
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.contact.terms.carving import Carving
@@ -127,14 +127,18 @@ class ChosenModel:
 
 @contextmanager
 def open_recording(
-    source: Path | Recording, out: Path | None, progress: Progress, seconds: tuple[float, float] | None = None
+    source: Path | Recording,
+    out: Path | None,
+    progress: Progress,
+    seconds: tuple[float, float] | None = None,
+    shortest: float = SHORTEST_FIT,
 ) -> Iterator[Work]:
-    """Lock the result's folder, and read the recording and its motion, or a stretch of it.
+    """Lock the result's folder, and read the recording and its motion, or a stretch of it of ``shortest`` (s) or more.
 
     Raises InputError where something in the recording is wrong or another process writes the folder.
     """
     with lock_of(out):
-        recording, motion = read_folder(source, progress, seconds)
+        recording, motion = read_folder(source, progress, seconds, shortest)
         yield Work(recording, motion, out, progress, chosen_seconds(seconds))
 
 
@@ -161,18 +165,10 @@ def choose_model(
     return ChosenModel(chosen, given is not None, settings)
 
 
-def build_model(work: Work, chosen: ChosenModel, *, start: float | None, stop: float | None) -> OpenModel:
-    """Build the model in Exudyn from ``start`` to ``stop`` (s; the recording's own if None).
-
-    Raises InputError for times outside the recording.
-    """
-    first, last = work.motion.start, work.motion.stop
-    begin, end = first if start is None else start, last if stop is None else stop
-    if not first <= begin < end <= last:
-        problem = f"{begin:g} s to {end:g} s is no part of the run"
-        raise InputError("build", "start and stop", problem, f"choose times from {first:.3f} s to {last:.3f} s")
+def build_model(work: Work, chosen: ChosenModel) -> OpenModel:
+    """Build the model in Exudyn.  Raises InputError for a heading that is to be found."""
     with work.progress.stage("build"):
-        return open_model(chosen.model, work.motion, start=begin, stop=end)
+        return open_model(chosen.model, work.motion)
 
 
 def chosen_seconds(seconds: tuple[float, float] | None) -> dict[str, Any]:

@@ -38,7 +38,12 @@ WRONG: list[tuple[str, tuple[Any, ...], dict[str, Any], str]] = [
     ("fit", ("x",), {"method": "x"}, "fit: method: 'x' cannot be used here; give 'joint' or 'paper'"),
     ("fit", ("x",), {"parameters": "a.c"}, "fit: parameters: 'a.c' cannot be used here; give a list, each a text"),
     ("run", ("x", 5), {}, "run: out: 5 cannot be used here; give a path"),
-    ("build", ("x",), {"stop": "x"}, "build: stop: 'x' cannot be used here; give a number"),
+    (
+        "build",
+        ("x",),
+        {"seconds": 4.0},
+        "argument: seconds: '4.0' is no stretch of time such as 3:12.5 (s); give two times of the recording's clock",
+    ),
     ("load", (5,), {}, "load: folder: 5 cannot be used here; give a path"),
     ("report", (5, "x"), {}, "report: results: a int is no result; give results, or the paths of their folders"),
     ("report", ([], "x"), {}, "report: results: it is empty; give one or more"),

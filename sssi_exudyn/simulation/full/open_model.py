@@ -306,14 +306,8 @@ class OpenModel:
             self._recorded.setdefault(name, []).append(rows[1:] if goes_on else rows)
 
 
-def open_model(
-    model: Model,
-    motion: Motion,
-    *,
-    start: float | None = None,
-    stop: float | None = None,
-) -> OpenModel:
-    """Build the model in Exudyn, settled on the snow at ``start`` (s; the motion's ends if None).
+def open_model(model: Model, motion: Motion) -> OpenModel:
+    """Build the model in Exudyn, settled on the snow at the motion's start.
 
     Raises InputError for a heading that is to be found, which the skeleton's tree cannot have, and SimulationDiverged
     where the skier does not come to rest.
@@ -321,7 +315,7 @@ def open_model(
     if model.heading.is_found:
         problem = "the skeleton's tree keeps the captured heading"
         raise InputError("build", f"heading {model.heading.mode}", problem, "use replay")
-    run = set_up(model, motion, start=start, stop=stop, tree=True)
+    run = set_up(model, motion, tree=True)
     system, skeleton = run.system, run.system.skeleton
     assert isinstance(skeleton, Skeleton)
     grid = run.posture.time

@@ -82,8 +82,10 @@ def test_the_example_hangs_a_rucksack_on_the_skier(tmp_path: Path) -> None:
 
 def test_what_cannot_be_built_is_said() -> None:
     recording, _ = bundled("beginner")
-    with pytest.raises(InputError, match="no part of the run"):
-        sssi_exudyn.build(recording, start=5.0, stop=400.0)
+    with pytest.raises(InputError, match="less than"):
+        sssi_exudyn.build(recording, seconds=(100.0, 400.0))
+    with pytest.raises(InputError, match="own run's begin"):
+        sssi_exudyn.build(recording, sssi_exudyn.model_of(recording), seconds="2:3")
     model = sssi_exudyn.model_of(recording).with_heading("free")
     with pytest.raises(InputError, match="heading"):
         sssi_exudyn.build(recording, model)

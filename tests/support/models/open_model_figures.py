@@ -27,7 +27,7 @@ LOAD = 100.0
 def main(folder: Path) -> None:
     """Build, run in two parts, look at what is drawn, and build again with a load on the back."""
     recording, motion = bundled("beginner")
-    model = sssi_exudyn.build(recording, stop=STOP)
+    model = sssi_exudyn.build(recording, seconds=(0.0, STOP))
     mbs, solution = model.mbs, folder / "solution" / "run.txt"
     named = {kind: len(getattr(model, kind)) for kind in ("nodes", "objects", "markers", "loads", "sensors")}
     count = mbs.systemData
@@ -46,7 +46,7 @@ def main(folder: Path) -> None:
     snow = mbs.GetObject(model.objects["snow"], True)["VgraphicsData"]
     model.release()
 
-    loaded = sssi_exudyn.build(recording, stop=STOP)
+    loaded = sssi_exudyn.build(recording, seconds=(0.0, STOP))
     back = loaded.add_marker("torso", (0.0, 0.0, 0.2), "back")
     loaded.mbs.AddLoad(LoadForceVector(name="hand", markerNumber=back, loadVector=[0.0, 0.0, -LOAD]))
     pressed = loaded.run()
