@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -11,60 +12,62 @@ from pathlib import Path
 import pytest
 
 PROGRAM = """
-import sys
+import json, sys
 from pathlib import Path
-import numpy as np
 from docs_script import module_from
 from sssi_exudyn.contact.codegen.compiled import compile_kernel
-kernel = compile_kernel(module_from(Path(sys.argv[1])))
-print(kernel.twice(3.0), sum(kernel.twice.stats.cache_hits.values()))
+rows = {}
+for path in sorted(Path(sys.argv[1]).glob("*.py")):
+    kernel = compile_kernel(module_from(path))
+    rows[path.stem] = kernel.twice(3.0), sum(kernel.twice.stats.cache_hits.values()), kernel.__file__
+print(json.dumps(rows))
 """
 TEMPLATE = """
 from sssi_exudyn.runtime.jit import njit
 
 @njit(cache=True, error_model="numpy")
 def twice(x):
-    return 2.0 * x
+    return 2.0 * x + 0.0 * {number}
 """
 DAMAGES: dict[str, Callable[[bytes], bytes]] = {
     "empty": lambda _: b"",
     "cut": lambda content: content[: len(content) // 2],
-    "cut at the end": lambda content: content[:-1],
-    "cut after the head": lambda content: content[:16],
+    "cut_at_the_end": lambda content: content[:-1],
+    "cut_after_the_head": lambda content: content[:16],
     "zeros": lambda content: bytes(len(content)),
-    "another file": lambda _: b"<html>404</html>",
+    "another_file": lambda _: b"<html>404</html>",
 }
+KINDS = ("nbi", "nbc", "pyc", "py")
+NAMES = tuple(f"{kind}_{damage}" for kind in KINDS for damage in DAMAGES)
 
 
-@pytest.fixture
-def template(tmp_path: Path) -> Path:
-    path = tmp_path / "template.py"
-    path.write_text(TEMPLATE, encoding="utf-8")
-    return path
-
-
-def run(template: Path) -> list[str]:
-    """Return what the kernel gives, and how often it came from the disk."""
-    folder = template.parent / "own"
-    folder.mkdir(mode=0o700, exist_ok=True)
+def run(templates: Path, kept: Path) -> dict[str, tuple[float, int, str]]:
+    """Return for each kernel what it gives, how often it came from the disk, and its file."""
     paths = os.pathsep.join([str(Path(__file__).parents[1] / "support"), *sys.path])
-    environment = os.environ | {"SSSI_CACHE_DIR": str(folder), "PYTHONPATH": paths}
+    environment = os.environ | {"SSSI_CACHE_DIR": str(kept), "PYTHONPATH": paths}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    command = [sys.executable, "-c", PROGRAM, str(template)]
-    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=120, env=environment)
+    command = [sys.executable, "-c", PROGRAM, str(templates)]
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=300, env=environment)
     assert done.returncode == 0, done.stderr
-    return done.stdout.split()
+    return {name: (row[0], row[1], row[2]) for name, row in json.loads(done.stdout).items()}
 
 
-@pytest.mark.parametrize(("kind", "fresh"), [("nbi", True), ("nbc", True), ("pyc", False), ("py", True)])
 @pytest.mark.long
-def test_a_damaged_file_is_made_again(template: Path, kind: str, fresh: bool) -> None:
-    assert run(template) == ["6.0", "0"]
-    assert run(template) == ["6.0", "1"]
-    files = [path for path in (template.parent / "own").rglob(f"*.{kind}") if path.is_file()]
-    assert files
-    for damage in DAMAGES.values():
+def test_damaged_files_are_made_again(tmp_path: Path) -> None:
+    """Each kernel has files of one kind damaged in one form, so that four processes try them all."""
+    templates, kept = tmp_path / "templates", tmp_path / "own"
+    templates.mkdir()
+    kept.mkdir(mode=0o700)
+    for number, name in enumerate(NAMES):
+        (templates / f"{name}.py").write_text(TEMPLATE.format(number=number), encoding="utf-8")
+    rows = run(templates, kept)
+    assert {name: row[:2] for name, row in rows.items()} == dict.fromkeys(NAMES, (6.0, 0))
+    assert {row[:2] for row in run(templates, kept).values()} == {(6.0, 1)}
+    for name, (_, _, file) in rows.items():
+        kind, damage = name.split("_", 1)
+        files = list(kept.rglob(f"{Path(file).stem}*.{kind}"))
+        assert files
         for path in files:
-            path.write_bytes(damage(path.read_bytes()))
-        assert run(template)[0] == "6.0"
-    assert run(template) == ["6.0", "1"], "it is kept again"
+            path.write_bytes(DAMAGES[damage](path.read_bytes()))
+    assert {row[0] for row in run(templates, kept).values()} == {6.0}
+    assert {row[:2] for row in run(templates, kept).values()} == {(6.0, 1)}, "they are kept again"
