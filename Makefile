@@ -39,7 +39,7 @@ format: $(VENV)/.installed-dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# The site, in site/; pictures and notebooks are computed again, which takes two or three minutes.  Every warning is an error: a link
+# The site, in site/; pictures and notebooks are computed again, which takes some four minutes.  Every warning is an error: a link
 # that leads nowhere, a name without a docstring.
 docs: $(VENV)/.installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

@@ -14,14 +14,13 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterator
-from dataclasses import replace
-from functools import partial
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
 from formulas import latex, mathml
+from guide_pictures import make_pictures
 
 ROOT: Final = Path(__file__).parents[1]
 MADE: Final = ROOT / "docs" / "generated"
@@ -48,7 +47,7 @@ def make_all() -> None:
     MADE.mkdir()
     (MADE / "terms.md").write_text(terms_page(), encoding="utf-8")
     (MADE / "changelog.md").write_text((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), encoding="utf-8")
-    make_gallery()
+    make_pictures(MADE)
     for name in NOTEBOOKS:
         (MADE / f"{name}.md").write_text(notebook_page(name), encoding="utf-8")
 
@@ -172,90 +171,6 @@ def notebook_page(name: str) -> str:
     shutil.rmtree(work)
     where = "this page was made from it by executing it"
     return "\n\n".join([*parts, f"The notebook is `examples/{name}.ipynb`; {where}."]) + "\n"
-
-
-def draw_panel(block: Any, axes: Any) -> None:
-    """Draw the first panel of a figure of the report with its title and legend, which the report shows around it."""
-    from sssi_exudyn.reports.plots import COLOURS
-
-    block.panels[0].draw(axes)
-    axes.set_title(block.panels[0].title)
-    for key in block.keys:
-        colour = "black" if key.colour is None else COLOURS[key.colour]
-        axes.plot([], [], key.style, color=colour, label=key.meaning)
-    axes.legend(fontsize="small")
-
-
-def make_gallery() -> None:
-    """Make the pictures of the gallery, from a fit of the whole run of the beginner; it takes a minute."""
-    import matplotlib as mpl
-
-    mpl.use("agg")
-    import matplotlib.pyplot as plt
-
-    import sssi_exudyn
-    from sssi_exudyn import commands
-    from sssi_exudyn.reports import figures, plots
-    from sssi_exudyn.reports.section import Panels
-    from sssi_exudyn.reports.sections.curve_figures import figure_5, figure_8
-    from sssi_exudyn.reports.sections.track_figures import figure_6
-
-    example = ROOT / "examples" / "beginner"
-    recording = sssi_exudyn.read_recording(example)
-    run = sssi_exudyn.fit(recording)
-    short = replace(recording, stop=recording.start + 6.0)
-
-    def save(name: str, draw: Callable[[Any], object], size: tuple[float, float] = (7.0, 3.6)) -> None:
-        figure, axes = plt.subplots(figsize=size, layout="constrained")
-        draw(axes)
-        if axes.get_legend_handles_labels()[0]:
-            axes.legend(frameon=False)
-        figure.savefig(MADE / f"{name}.png", dpi=110)
-        plt.close(figure)
-
-    sssi_exudyn.inspect(example, MADE / "inspect.png")
-    commands.terrain(example, None, MADE / "terrain.png")
-    save("track", partial(figures.draw_track, run.stored))
-    save("loads", partial(figures.draw_loads, run.stored))
-    for name, section in (("from_above", figure_6), ("angles", figure_5), ("moments", figure_8)):
-        (block,) = [block for block in section([run.stored]).blocks if isinstance(block, Panels)]
-        save(name, partial(draw_panel, block), (5.0, 6.0) if name == "from_above" else (7.0, 3.6))
-
-    def speeds(axes: Any) -> None:
-        for colour, mu_t in zip(plots.COLOURS, (0.04, 0.08, 0.12), strict=False):
-            other = sssi_exudyn.simulate(short, model=run.model.with_values({"friction.mu_t": mu_t})).series
-            speed = (other[[f"com_velocity_{axis}_mps" for axis in ("east", "north", "up")]] ** 2).sum(axis=1) ** 0.5
-            axes.plot(other["time_s"], speed, color=colour, label=f"μ_t = {mu_t:.2f}")
-        axes.set(xlabel="time (s)", ylabel="speed (m/s)", title="the same movement on faster and slower snow")
-        axes.legend()
-
-    save("speeds", speeds)
-    save("budget", partial(draw_budget, run))
-    save("radii", draw_radii)
-
-
-def draw_budget(run: Any, axes: Any) -> None:
-    """Draw the largest shares of the variance of friction along the ski."""
-    shares = sorted(run.uncertainty.shares["mu_t"].items(), key=lambda part: part[1])[-8:]
-    axes.barh([name for name, _ in shares], [100.0 * share for _, share in shares])
-    axes.set(xlabel="share of the variance of μ_t (%)", title="beginner: where the uncertainty comes from")
-
-
-def draw_radii(axes: Any) -> None:
-    """Draw the radius of two skis over the edge angle, with the bars of snow and posture."""
-    import sssi_exudyn
-
-    skis = ("slalom_165", "volkl_kendo_184")
-    rows = sssi_exudyn.turn(skis, "30:60:15")
-    for ski in skis:
-        edge, radius, low, high = (
-            [row[key] for row in rows if row["ski"] == ski]
-            for key in ("edge_deg", "radius_m", "radius_low_m", "radius_high_m")
-        )
-        axes.plot(edge, radius, marker="o", label=ski)
-        axes.fill_between(edge, low, high, alpha=0.2)
-    axes.set(xlabel="edge angle (°)", ylabel="radius (m)", title="steady turns at 700 N and 10 m/s")
-    axes.legend()
 
 
 if __name__ == "__main__":

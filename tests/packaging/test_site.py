@@ -28,8 +28,8 @@ def site_pages() -> ModuleType:
 
 
 def generated(site_pages: ModuleType) -> set[str]:
-    """Return what the build makes, by the names in its own code and of the notebooks."""
-    source = (DOCS / "site_pages.py").read_text(encoding="utf-8")
+    """Return what the build makes, by the names in the code that draws, and of the notebooks."""
+    source = (DOCS / "guide_pictures.py").read_text(encoding="utf-8")
     pictures = {f"{name}.png" for name in re.findall(r'"([a-z_]+)"', source)} | set(
         re.findall(r'"([a-z_]+\.png)"', source)
     )
