@@ -110,7 +110,7 @@ def _block_html(block: Block, name: str) -> str:
         case Facts(rows):
             return facts(rows)
         case Drawing():
-            return figure(plots.svg(name, block.draw, block.height), block.caption)
+            return figure(plots.whole_width(name, block.draw, block.height), block.caption)
         case Tiles(tiles):
             return tiles_html(tiles)
         case Panels():
@@ -167,9 +167,9 @@ def grid(rows: Sequence[Sequence[str]]) -> str:
     return f'<div class="scroll"><table>\n<thead><tr>{top}</tr></thead>\n<tbody>\n{body}</tbody>\n</table></div>\n'
 
 
-def figure(svg: str, caption: str) -> str:
-    """Return a plot with its caption, which is also its text for screen readers."""
-    picture = plots.with_label(svg, caption)
+def figure(pictures: str, caption: str) -> str:
+    """Return a plot, drawn by ``whole_width``, with its caption, which is also its text for screen readers."""
+    picture = plots.with_label(pictures, caption)
     return f"<figure>\n{picture}\n<figcaption>{escape(caption)}.</figcaption>\n</figure>\n"
 
 

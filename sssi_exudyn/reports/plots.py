@@ -22,6 +22,8 @@ COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00")
 MEASURED, SIMULATED, OTHER = COLOURS[:3]
 INK = "#010203"
 """Stands for the text's colour until the SVG is written; no plot uses it for anything else."""
+_DESK, _PHONE = 7.2, 4.0
+"""Inches of a figure over the whole width of a page, on a wide screen and on a narrow one."""
 WIDE = 4.0
 """Inches from which a panel shares its line with at most one other, narrower ones with two."""
 _LEAST_LEFT = 0.54
@@ -43,7 +45,18 @@ STYLE: dict[Any, Any] = {
 } | dict.fromkeys(("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color", "grid.color"), INK)
 
 
-def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9, width: float = 7.2) -> str:
+def whole_width(name: str, draw: Callable[[Axes], None], height: float = 2.9) -> str:
+    """Return a figure over the whole width of a page as two pictures, of which ``page.css`` shows one.
+
+    A wide picture on a narrow screen would have words too small to read.
+    """
+    pictures = {"desk": svg(name, draw, height, _DESK), "phone": svg(f"{name}-phone", draw, height, _PHONE)}
+    return "\n".join(
+        picture.replace("<svg ", f'<svg class="{screen}" ', 1).rstrip() for screen, picture in pictures.items()
+    )
+
+
+def svg(name: str, draw: Callable[[Axes], None], height: float, width: float) -> str:
     """Return the drawing of ``draw`` as SVG text; ``name`` is this plot's own on its page, its size in inches."""
     with mpl.rc_context(STYLE | {"svg.hashsalt": name}):  # a salt of its own: identical runs give identical bytes
         figure = Figure(figsize=(width, height))
@@ -68,7 +81,10 @@ def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9, width: flo
 
 
 def _place_legend(axes: Axes, width: float) -> None:
-    """Put the legend above the axes, where no data are, in as many columns as fit ``width`` (inches)."""
+    """Put the legend above the axes, where no data are, in as many columns as fit ``width`` (inches).
+
+    The figure grows by all rows but the first.
+    """
     count = len(axes.get_legend_handles_labels()[0])
     figure = axes.get_figure(root=True)
     if not count or figure is None:
@@ -78,6 +94,9 @@ def _place_legend(axes: Axes, width: float) -> None:
         needed = legend.get_window_extent().width / figure.dpi
         if needed < width - _LEAST_LEFT - 2.0 * _PADDING:
             break
+    rows = -(-count // columns)
+    tall = legend.get_window_extent().height / figure.dpi
+    figure.set_figheight(figure.get_figheight() + tall * (1.0 - 1.0 / rows))  # more rows do not make the axes lower
 
 
 def _fit_margins(figure: Figure, axes: Axes) -> None:
@@ -97,8 +116,8 @@ def _fit_margins(figure: Figure, axes: Axes) -> None:
 
 
 def with_label(drawn: str, text: str) -> str:
-    """Return the picture with its text for screen readers."""
-    return drawn.replace("<svg ", f'<svg role="img" aria-label="{escape(text)}" ', 1)
+    """Return the pictures of a figure with its text for screen readers."""
+    return drawn.replace("<svg ", f'<svg role="img" aria-label="{escape(text)}" ')
 
 
 def _lighter(drawn: str) -> str:

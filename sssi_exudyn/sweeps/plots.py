@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.reports.plots import COLOURS, INK, svg
+from sssi_exudyn.reports.plots import COLOURS, INK, whole_width
 from sssi_exudyn.sweeps.design import Axis
 from sssi_exudyn.sweeps.sensitivity_indices import groups_of
 
@@ -48,7 +48,7 @@ def response_svg(name: str, table: pd.DataFrame, axis: Axis, output: str, unit: 
                 axes.set_xticks(range(len(words)), words)
         axes.set(xlabel=axis_label(axis.name, axis.parameter.unit), ylabel=axis_label(output, unit))
 
-    return svg(name, draw)
+    return whole_width(name, draw)
 
 
 def heat_svg(name: str, table: pd.DataFrame, across: Axis, up: Axis, output: str, unit: str) -> str:
@@ -72,7 +72,7 @@ def heat_svg(name: str, table: pd.DataFrame, across: Axis, up: Axis, output: str
         assert bar.solids is not None
         bar.solids.set(rasterized=False, edgecolor="face")  # a page shows no pictures, only lines and areas
 
-    return svg(name, draw, height=3.6)
+    return whole_width(name, draw, height=3.6)
 
 
 def bars_svg(name: str, indices: pd.DataFrame, kinds: tuple[str, ...], labels: tuple[str, ...]) -> str:
@@ -92,7 +92,7 @@ def bars_svg(name: str, indices: pd.DataFrame, kinds: tuple[str, ...], labels: t
         axes.grid(visible=False, axis="y")
         axes.set_xlim(left=min(0.0, axes.get_xlim()[0]))
 
-    return svg(name, draw, height=0.9 + 0.42 * len(order))
+    return whole_width(name, draw, height=0.9 + 0.42 * len(order))
 
 
 def _places(table: pd.DataFrame, axis: Axis) -> tuple[Array, list[str]]:

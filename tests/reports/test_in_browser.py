@@ -12,21 +12,29 @@ import pytest
 from a_sweep import swept
 from a_whole_run import a_run_of_few_sensors, a_whole_run
 from browser import browser, shown
+from bundled import EXAMPLES
 from matplotlib.axes import Axes
 
+from sssi_exudyn.bodies.ski.bench_tests import read_measurements
+from sssi_exudyn.bodies.ski.identification import identify_ski
+from sssi_exudyn.bodies.ski.ski import SkiUncertainty, read_ski
 from sssi_exudyn.reports import plots
+from sssi_exudyn.reports.bench_page import bench_page
 from sssi_exudyn.reports.day_page import day_page
 from sssi_exudyn.reports.html import document, figure
 from sssi_exudyn.reports.report import render
 from sssi_exudyn.reports.section import Markup, Section
+from sssi_exudyn.reports.turn_page import turn_page
 from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.summary import Provenance
+from sssi_exudyn.simulation.turns.steady_turn import TurnCase, edges_of, start_rolling, steady_turn
+from sssi_exudyn.simulation.turns.turn_rig import UNCERTAIN, RigPoint
 from sssi_exudyn.sweeps.page import render_sweep
 from sssi_exudyn.sweeps.sensitivity_indices import indices_of
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Number
 from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import DayExplanation
 
-PAGES = ("report", "few sensors", "two runs", "sweep", "day", "awkward plots")
+PAGES = ("report", "few sensors", "two runs", "sweep", "day", "skis", "bench", "awkward plots")
 WIDTHS = (1280, 390)
 LOOKS = ("light", "dark")
 LEAVES_ITS_FIGURE = """() => [...document.querySelectorAll("svg")].flatMap((svg) => {
@@ -43,6 +51,14 @@ WIDER_THAN_THE_SCREEN = "() => document.documentElement.scrollWidth - document.d
 CUT = """() => [...document.querySelectorAll("dt, dd, th, td, p, summary, h1, h2, h3, figcaption, button")]
   .filter((part) => part.scrollWidth > part.clientWidth + 1 && getComputedStyle(part).display !== "inline")
   .map((part) => part.textContent.slice(0, 80))"""
+SCROLLED_FIGURES = """() => [...document.querySelectorAll("figure")]
+  .filter((figure) => figure.scrollWidth > figure.clientWidth + 1).map((figure) => figure.textContent.slice(-80))"""
+SMALLEST_WORDS = """() => Math.min(...[...document.querySelectorAll("svg")]
+  .filter((svg) => svg.getBoundingClientRect().width > 0).flatMap((svg) => {
+    const scale = svg.getBoundingClientRect().width / svg.viewBox.baseVal.width;
+    return [...svg.querySelectorAll("text")].map((text) => parseFloat(getComputedStyle(text).fontSize) * scale);
+  }))"""
+"""Pixels of the smallest letters of all pictures that are shown; no picture gives infinity."""
 CONTRASTS = """() => {
   const parts = (colour) => colour.match(/[\\d.]+/g).slice(0, 3).map((value) => {
     const c = Number(value) / 255;
@@ -84,7 +100,7 @@ def a_page_of_awkward_plots() -> str:
         colours.solids.set(rasterized=False)
 
     drawn = "".join(
-        figure(plots.svg(f"plot-{index}", draw, height), "A plot")
+        figure(plots.whole_width(f"plot-{index}", draw, height), "A plot")
         for index, (draw, height) in enumerate(((keys, 2.9), (second_axis, 2.3), (bar, 3.6)))
     )
     return document("Awkward plots", "", [Section("Plots", (Markup(drawn),))])
@@ -101,6 +117,27 @@ def a_page_of_a_day() -> str:
     return day_page(Day(1, ("a run of the morning", "noon"), "Nothing is missing.", (nothing,), Provenance()))
 
 
+def a_page_of_skis() -> str:
+    """Return the page of two skis, one of them with errors of its own, that turn alike at one edge angle."""
+    skis = [read_ski("slalom_165", "."), read_ski("volkl_kendo_184", ".")]
+    skis[1] = replace(skis[1], uncertainty=SkiUncertainty(0.01, 0.02, 0.015))
+    case = TurnCase(edge=np.radians(60.0))
+    turn, _ = steady_turn(case, start_rolling(edges_of(skis[0])))
+    assert turn.radius is not None
+    bar = (0.9 / turn.radius, 1.1 / turn.radius)
+    count = len(UNCERTAIN)
+    points = [
+        RigPoint(ski.name, case.edge, turn, curvatures=(bar,) * count, reserves=((0.1, 0.3),) * count, own=(bar,) * 3)
+        for ski in skis
+    ]
+    return turn_page(skis, points, case)
+
+
+def a_page_of_a_bench() -> str:
+    measured = read_measurements(EXAMPLES / "bench")
+    return bench_page(measured, identify_ski(measured))
+
+
 def pages() -> dict[str, str]:
     whole = a_whole_run()
     other = replace(whole, summary=replace(whole.summary, recording="another run"), diagnosis=None)
@@ -110,6 +147,8 @@ def pages() -> dict[str, str]:
         "two runs": render([whole, other]),
         "sweep": a_page_of_a_sweep(),
         "day": a_page_of_a_day(),
+        "skis": a_page_of_skis(),
+        "bench": a_page_of_a_bench(),
         "awkward plots": a_page_of_awkward_plots(),
     }
 
@@ -142,6 +181,9 @@ def test_no_text_is_cut_and_no_legend_is_empty(name: str, files: dict[str, Path]
             assert page.evaluate(WIDER_THAN_THE_SCREEN) <= 0, (width, look)
             # WCAG 2.1, AA, of text in its usual size; the page of a day without a law has no picture
             assert min(page.evaluate(CONTRASTS), default=21.0) >= 4.5, (width, look)
+            assert page.evaluate(SCROLLED_FIGURES) == [], (width, look)
+            # browsers and platforms advise against smaller letters on a phone; a page of prose has 16 pixels
+            assert page.evaluate(SMALLEST_WORDS) >= 9.0, (width, look)
             page.context.close()
 
 

@@ -17,5 +17,5 @@ def test_numbers_of_any_length_leave_room_for_the_axis_label(most: float) -> Non
         axes.ticklabel_format(style="plain")
         axes.set(ylabel="time gap (s)")
 
-    (place,) = re.findall(r'x="([\d.-]+)"[^>]*rotate\(-90', svg("plot", draw))
+    (place,) = re.findall(r'x="([\d.-]+)"[^>]*rotate\(-90', svg("plot", draw, 2.9, 7.2))
     assert float(place) > 10.0  # letters of 10 points stand to the left of it

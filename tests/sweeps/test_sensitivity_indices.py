@@ -137,7 +137,7 @@ def test_groups_are_equal_values_where_few_and_near_ones_where_many() -> None:
 def test_page_shows_every_output_and_asks_nothing_of_a_network() -> None:
     plan, table = swept("sobol_indices", 8, lambda a, b, c: a + b * c, lost=(3,))
     page = render_sweep(plan, table, indices_of(plan, table), dict(plan.job.versions))
-    assert page.count("<svg") == 1 + 3 + 1  # bars, a curve for each parameter, a heat map
+    assert page.count("<figcaption>") == 1 + 3 + 1  # bars, a curve for each parameter, a heat map
     assert "the simulation diverged" in page
     assert re.search(r'<p class="say">It goes from [\d.]+ to [\d.]+; friction.mu_t matters most.</p>', page)
     assert page.index("mean_speed_mps</h2>") < page.index("Runs</h2>")
@@ -173,7 +173,7 @@ def test_long_names_have_their_room() -> None:
         axes.barh([0, 1], [1.0, 2.0])
         axes.set_yticks([0, 1], ["friction.mu_t", "posture.pelvis_rotation_deg"])
 
-    drawn = svg("x", bars)
+    drawn = svg("x", bars, 2.9, 7.2)
     # the frame's left edge, in points of which an inch has 72: 27 letters of some 5.5 points
     left_edge = min(float(x) for x in re.findall(r'd="M ([\d.]+)', drawn) if float(x) > 0.0)
     assert left_edge > 27 * 5.5

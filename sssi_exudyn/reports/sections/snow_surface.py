@@ -59,7 +59,7 @@ def surface_panels(name: str, surface: Surface, path: Array, inclination: float)
         height = surface.at(places)[:, 0].reshape(len(f), len(l)).T
         if np.ptp(height) > 0.0:
             lines = axes.contour(f, l, height, levels=_LINES, cmap="viridis", linewidths=0.7)
-            axes.clabel(lines, fontsize=7, fmt="%.2g", colors=plots.INK)
+            axes.clabel(lines, fontsize=9, fmt="%.2g", colors=plots.INK)
         axes.plot(path[:, 0], path[:, 1], color=plots.COLOURS[1], linewidth=1.0)
         axes.set_aspect("equal", adjustable="datalim")
         axes.set(xlabel="down the fall line (m)", ylabel="to the left (m)")
