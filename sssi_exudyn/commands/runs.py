@@ -147,8 +147,9 @@ def choose_model(
 ) -> ChosenModel:
     """Return the given model, or the paper's, with further force terms, the snow and the heading.
 
-    Raises InputError for terms that do not act together, for a heading that the snow does not decide, and for a given
-    model on a stretch that begins later than the recording: its start is that of its own run.
+    Raises InputError for terms that do not act together, for numbers outside their bounds, for a heading that the snow
+    does not decide, and for a given model on a stretch that begins later than the recording: its start is that of its
+    own run.
     """
     if model is not None and work.settings.get("seconds", [None])[0] is not None:
         problem = "a given model starts with the place and speed of its own run's begin"
@@ -156,6 +157,7 @@ def choose_model(
     given = read_model(model) if isinstance(model, Path) else model
     on_edges = (Carving(),) if snow == "carving" else ()
     chosen = add_terms(given or model_of(work.recording, work.motion), (*on_edges, *terms)).with_heading(heading)
+    chosen.check_numbers()
     check_heading(chosen.heading, chosen.terms, "--heading")
     settings: dict[str, str] = {}
     if snow != "paper":

@@ -84,11 +84,12 @@ def build_checked(cls: type[T], values: Mapping[str, object], file: str | Path, 
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                 problem = "the number is missing" if value is None else f"{value!r} is not a number"
                 raise InputError(file, f"{place} {key}", problem, f"give it in {about.unit}")
-            if not about.low <= value <= about.high:
-                raise InputError(
-                    file,
-                    f"{place} {key}",
-                    f"{value:g} is outside {about.low:g} to {about.high:g} {about.unit}",
-                    "correct the value or its unit",
-                )
+            check_bounds(about, value, file, f"{place} {key}")
     return cls(**values)
+
+
+def check_bounds(about: Quantity, value: float, file: str | Path, place: str) -> None:
+    """Raise InputError for a value outside the bounds of its declaration."""
+    if not about.low <= value <= about.high:
+        problem = f"{value:g} is outside {about.low:g} to {about.high:g} {about.unit}"
+        raise InputError(file, place, problem, "correct the value or its unit")

@@ -20,7 +20,7 @@ from sssi_exudyn.core.choices import HeadingMode
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import NumberRef, number_ref, split_owner
-from sssi_exudyn.core.quantity import Quantity, quantities, quantity
+from sssi_exudyn.core.quantity import Quantity, check_bounds, quantities, quantity
 from sssi_exudyn.core.text import did_you_mean, one_line
 from sssi_exudyn.model.faults import CaptureSensor, Sensor
 from sssi_exudyn.model.heading import REPLAY, Heading
@@ -181,6 +181,8 @@ class Model:
     def with_values(self, values: Mapping[Name, complex]) -> Model:
         """Return the model with other values of declared numbers, by their names; a complex one carries a derivative.
 
+        Fits try values beyond the bounds, so these are checked where the model is used (``check_numbers``).
+
         Raises InputError for an unknown name, with the nearest one, and for a value that is no number.
         """
         if not isinstance(values, Mapping):
@@ -204,6 +206,16 @@ class Model:
                 kept = tuple(new if sensor is old else sensor for sensor in changed.sensors)
                 changed = replace(changed, sensors=kept)
         return changed
+
+    def check_numbers(self) -> None:
+        """Raise InputError for the first number of terms, sensors and start that is outside its declared bounds.
+
+        A ``model.toml`` with such a number would be refused too.
+        """
+        for part in (*self.terms, *self.sensors, self.start):
+            name = "start" if isinstance(part, Start) else part.name
+            for key, about in quantities(part).items():
+                check_bounds(about, float(np.real(getattr(part, key))), "model", f"{name}.{key}")
 
     def with_heading(self, mode: HeadingMode | None) -> Model:
         """Return the model with that heading, or with its own if it is None."""

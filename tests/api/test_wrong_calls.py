@@ -87,6 +87,22 @@ def test_values_of_a_model_have_names(values: Any, message: str) -> None:
         sssi_exudyn.model_of(BEGINNER).with_values(values)
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "problem"),
+    [
+        ("friction.mu_t", 5.0, "5 is outside 0.01 to 0.99 1"),
+        ("air.c_d", -1.0, "-1 is outside 0.1 to 2 1"),
+        ("start.velocity_f", 1e6, "1e+06 is outside -50 to 50 m/s"),
+    ],
+)
+def test_a_number_outside_its_bounds_is_refused_where_the_model_is_used(name: str, value: float, problem: str) -> None:
+    model = sssi_exudyn.model_of(BEGINNER).with_values({name: value})
+    for use in (sssi_exudyn.simulate, sssi_exudyn.fit, sssi_exudyn.build):
+        with pytest.raises(sssi_exudyn.InputError) as raised:
+            use(BEGINNER, model=model)
+        assert str(raised.value) == f"model: {name}: {problem}; correct the value or its unit"
+
+
 def test_a_ski_may_be_given_as_a_path() -> None:
     with pytest.raises(sssi_exudyn.InputError, match=r"my\.toml: the file does not exist"):
         sssi_exudyn.turn(Path("my.toml"), edge=50)
