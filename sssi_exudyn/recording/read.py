@@ -53,7 +53,20 @@ from sssi_exudyn.recording.slope_and_heading import CAPTURE_HEADING_SIGMA, Slope
 from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.terrain.elevation_model import LARGEST, epsg_of, projection_of, usual_sigma
 
-NOT_GIVEN: Final = "is not given; estimated:"
+NOT_GIVEN: Final = "is not stated; estimated:"
+_ASSUMED: Final = {
+    "skier.mass_kg": ("the skier weighs", "kg"),
+    "skier.height_m": ("the skier is", "m tall"),
+    "equipment.skis": ("the skis are", ""),
+    "equipment.ski_mass_kg": ("a ski weighs", "kg"),
+    "equipment.boot_mass_kg": ("a boot weighs", "kg"),
+    "equipment.ankle_to_ski_base_m": ("the ankle is", "m above the snow"),
+    "equipment.boot_centre_m": ("the boot's centre is", "m ahead of the ankle"),
+    "gps.segment": ("the receiver is carried at the joint", ""),
+    "gps.offset_m": ("it is", "m to the left of, above and ahead of that joint"),
+    "gps.sigma_m": ("a fix is exact to", "m"),
+}
+"""Words before and after each value that an import may assume."""
 """Words of a notice about slope or heading that were estimated."""
 _TABLES: Final = (
     *("format", "name", "note", "notes", "assumed", "skier", "equipment", "slope", "terrain", "uncertainty"),
@@ -296,7 +309,7 @@ def _read_skier(settings: Settings, toml: Path) -> tuple[Skier, tuple[str, ...]]
     sex = text_of(table, "sex", toml, "[skier]", default="male")
     if sex not in ("male", "female"):
         raise InputError(toml, "[skier] sex", f"{sex!r} has no anthropometric table", 'write "male" or "female"')
-    notices = () if "sex" in table else (f"{FILE}: [skier] sex is not given; the table for men is used",)
+    notices = () if "sex" in table else (f"{FILE}: the skier's sex is not stated; the table for men is used",)
     return Skier(sex=sex, **numbers_of(Skier, table, toml, "[skier]")), notices
 
 
@@ -315,9 +328,16 @@ def _read_notes(settings: Settings, toml: Path) -> tuple[str, ...]:
         place = settings.get(table)
         if not isinstance(place, Mapping) or key not in place:
             raise InputError(toml, "assumed", f"{name!r} is nowhere in this file", "take it off the list")
-        values.append(f"{name} = {place[key]}")
-    words = f"assumed, as it was not stated: {', '.join(values)}; correct it in {FILE} and take it off its list"
+        values.append(_assumed_words(name, place[key]))
+    words = f"assumed, as it was not stated: {'; '.join(values)}; to correct it, see the list in {FILE}"
     return (words, *lists["notes"])
+
+
+def _assumed_words(name: str, value: object) -> str:
+    """Say an assumed value in words; one that no import assumes has its name."""
+    before, after = _ASSUMED.get(name, (name.replace("_", " ").replace(".", ", "), ""))
+    shown = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+    return f"{before} {shown} {after}".rstrip()
 
 
 def _read_equipment(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> Equipment:
@@ -337,7 +357,7 @@ def _assumed_boots(settings: Settings, toml: Path) -> tuple[str, ...]:
     if "boot_centre_m" in table_of(settings, "equipment", toml):
         return ()
     words = "the ski's mark is assumed to be under the ankle; with a real boot it is some 7 cm ahead"
-    return (f"{FILE}: [equipment] boot_centre_m is not given; {words}",)
+    return (f"{FILE}: the boot's centre on the ski (boot_centre_m) is not stated; {words}",)
 
 
 def _read_slope(settings: Settings, toml: Path) -> Slope | None:
@@ -555,7 +575,7 @@ def _choose_slope(given: Slope | None, setting: SlopeAndHeading, toml: Path) -> 
         sigma_fall_line_azimuth=estimate.azimuth.sigma,
     )
     notice = (
-        f"{FILE}: [slope] {NOT_GIVEN} {_degrees(slope.inclination, slope.sigma_inclination)}"
+        f"{FILE}: the slope {NOT_GIVEN} {_degrees(slope.inclination, slope.sigma_inclination)}"
         f" towards {_degrees(slope.fall_line_azimuth, slope.sigma_fall_line_azimuth)}"
     )
     if slope.inclination > _STEEP_PISTE:
@@ -575,7 +595,7 @@ def _choose_heading(given: float | None, setting: SlopeAndHeading, toml: Path) -
             "give it (azimuth of the BVH +z axis, clockwise from north)",
         )
     value = estimate.value % _AZIMUTH
-    notice = f"{FILE}: heading_deg {NOT_GIVEN} {_degrees(value, estimate.sigma)}"
+    notice = f"{FILE}: the capture's heading {NOT_GIVEN} {_degrees(value, estimate.sigma)}"
     return Heading(value, True, estimate.sigma), (notice,)
 
 

@@ -72,9 +72,9 @@ def test_forces_of_poles_are_known_by_the_files_name(tmp_path: Path) -> None:
 def test_unstated_facts_are_assumed_and_reported_as_assumed(tmp_path: Path) -> None:
     imported = import_recording(files(tmp_path), tmp_path / "out", Answers(mass_kg=70.0))
     (words,) = [notice for notice in imported.notices if notice.startswith("assumed")]
-    for name in ("skier.height_m = 1.75", "equipment.skis = slalom_165", "gps.segment = Spine2", "gps.sigma_m = 3.0"):
+    for name in ("the skier is 1.75 m tall", "the skis are slalom_165", "at the joint Spine2", "exact to 3.0 m"):
         assert name in words
-    assert "mass" not in words.replace("ski_mass", "").replace("boot_mass", "")
+    assert "the skier weighs" not in words
     assert imported.uncertainty.antenna == 0.15  # a place that was not measured
     assert imported.uncertainty.mass == Uncertainty().mass
     again = read_recording(tmp_path / "out")
@@ -156,7 +156,7 @@ def test_a_folder_of_runs_becomes_recordings_and_a_table(tmp_path: Path, capsys:
     assert table["recording"].tolist() == ["a", "b", "c"]
     assert table["status"].tolist() == ["imported", "imported", "failed"]
     assert "--slope-deg" in table["error"][2]
-    assert "skis = slalom_165" in table["assumed"][0]
+    assert "the skis are slalom_165" in table["assumed"][0]
     assert read_recording(tmp_path / "out" / "b").name == "b"
     with pytest.raises(SystemExit) as end:
         main([*command, "--slope-deg", "16", "--fall-line-deg", "70", "--heading-deg", "25"])

@@ -72,7 +72,7 @@ def test_the_receiver_of_a_telephone_is_where_that_is(logs: dict[str, Path], tmp
     alone = import_recording([Path(f"pocket={logs['left_ski']}"), logs["fixes"]], tmp_path / "alone", answers)
     assert alone.gps is not None
     assert alone.gps.segment == "Hips"
-    assert any("gps.segment = Hips" in notice for notice in alone.notices)
+    assert any("carried at the joint Hips" in notice for notice in alone.notices)
     named = replace(answers, antenna_joint="Head")
     placed = import_recording([Path(f"pocket={logs['left_ski']}"), logs["fixes"]], tmp_path / "named", named)
     assert placed.gps is not None

@@ -66,7 +66,7 @@ def test_an_estimate_is_printed_once_with_the_digits_of_its_error(tmp_path: Path
     azimuth = np.degrees(slope.fall_line_azimuth)
     assert text.count(f"{azimuth:.0f} ± 15°") == 1  # 0.26 rad
     assert f"{azimuth:.1f}" not in text
-    assert any("heading_deg is not given; estimated" in notice for notice in recording.notices)
+    assert any("the capture's heading is not stated; estimated" in notice for notice in recording.notices)
     assert "heading_deg" not in text
 
 

@@ -65,7 +65,7 @@ def test_boots_as_stated(tmp_path: Path) -> None:
 def test_boots_that_are_not_stated_are_reported_as_assumed(tmp_path: Path) -> None:
     recording = read_recording(Tiny(toml=TOML.replace("boot_centre_m = 0.0\n", "")).write(tmp_path))
     assert recording.equipment.boot_centre == 0.0
-    assert [notice for notice in recording.notices if "boot_centre_m is not given" in notice]
+    assert [notice for notice in recording.notices if "(boot_centre_m) is not stated" in notice]
 
 
 def test_boot_off_the_foot(tmp_path: Path) -> None:
@@ -349,7 +349,7 @@ def test_oddities_are_noticed_but_read(tmp_path: Path) -> None:
     tiny = Tiny(toml=toml)
     tiny.insoles = {name: column / (1.0 if name == "time_s" else 50.0) for name, column in loads(4).items()}
     notices = " ".join(read_recording(tiny.write(tmp_path)).notices)
-    odd = ("heading_deg is 45.0", "inclination_deg is 22.0", "azimuth_deg is 92.0", "sex is not given", "newtons")
+    odd = ("heading_deg is 45.0", "inclination_deg is 22.0", "azimuth_deg is 92.0", "sex is not stated", "newtons")
     for words in odd:
         assert words in notices
 
