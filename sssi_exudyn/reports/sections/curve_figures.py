@@ -57,9 +57,9 @@ def figure_5(runs: Runs) -> Section:
         ]
         panels.append(_curves(f"{words} (°)", series, cycles))
     return figure_section(
-        "Joint angles over two linked turns (the paper's Figure 5)",
+        "Joint angles over two linked turns",
         Panels(
-            f"Each panel names its positive direction. {_pairs_of_turns(runs, cycles)}",
+            f"Each panel names its positive direction. {_pairs_of_turns(runs, cycles)}. Compare Figure 5 of Gao et al",
             tuple(panels),
             (*_of_runs(runs), *_of_sides()),
             3.3,
@@ -93,10 +93,10 @@ def figure_7(runs: Runs) -> Section:
         ]
         panels.append(_curves(f"{run.name} (BW)", series, {index: cycle}, phases=True))
     return figure_section(
-        "Ground reaction force on each ski over two linked turns (the paper's Figure 7)",
+        "Load on each ski over two linked turns",
         Panels(
             "The snow's normal force on each ski over the skier's body weight; vertical lines are transitions, dashed "
-            f"ones the bounds of the phases. {_pairs_of_turns(runs, cycles)}",
+            f"ones the bounds of the phases. {_pairs_of_turns(runs, cycles)}. Compare Figure 7 of Gao et al",
             tuple(panels),
             (*_of_runs(runs), *_of_sides()),
             4.6,
@@ -124,10 +124,10 @@ def figure_8(runs: Runs) -> Section:
         ]
         panels.append(_curves(f"{words} (N m/kg)", series, cycles, mark_spikes=True))
     return figure_section(
-        "Joint moments over two linked turns (the paper's Figure 8)",
+        "Joint moments over two linked turns",
         Panels(
             "Each panel names its positive direction; moments are per kilogram of the skier. Diamonds are spikes at "
-            f"the transition between the turns. {_pairs_of_turns(runs, cycles)}",
+            f"the transition between the turns. {_pairs_of_turns(runs, cycles)}. Compare Figure 8 of Gao et al",
             tuple(panels),
             (*_of_runs(runs), *_of_sides()),
             3.3,

@@ -11,7 +11,8 @@ from sssi_exudyn.results.stored import StoredRun
 _ALWAYS: Final = (
     "The movement is prescribed as it was captured: on other snow the skier would move differently.",
     "The model assumes uniform snow, except where the diagnosis found otherwise.",
-    "Segments' masses are an average person's of that sex, mass and height; boots carry no moment, poles no force.",
+    "Segments' masses are an average person's of that sex, mass and height.",
+    "A boot's cuff is a spring. Poles push on the snow only where a measurement or the diagnosis says so.",
 )
 
 

@@ -14,8 +14,8 @@ from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Summary
 
 MU_N: Final = (
-    "μ_n is a skier's largest lateral load ratio, not a property of the snow. By the paper's law, the force across a"
-    " slipping ski is μ_n times its load, whatever the snow could bear."
+    "μ_n is a skier's largest lateral load ratio, not a property of the snow. By the friction law of Gao et al., the"
+    " force across a slipping ski is μ_n times its load, whatever the snow could bear."
 )
 """What the coefficient across the ski means, said wherever it is printed."""
 _ABOUT: Final = (

@@ -33,9 +33,7 @@ def table_1(runs: Runs) -> Section:
         ]
         for run in runs
     ]
-    return table_section(
-        "Friction and error of the track (the paper's Table 1)", [head, *rows], say_of_each(runs, _coefficients)
-    )
+    return table_section("Friction and error of the track", [head, *rows], say_of_each(runs, _coefficients))
 
 
 def _coefficients(run: StoredRun) -> str:

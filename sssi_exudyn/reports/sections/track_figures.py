@@ -37,8 +37,9 @@ def figure_4(runs: Runs) -> Section:
     if any(_RATIO in run_panels for run_panels in by_run):
         caption += "; the left foot's share of the load"
         keys.append(Key(0, "--", "insoles"))
+    caption += ". Compare Figure 4 of Gao et al"
     return figure_section(
-        "Simulated and measured (the paper's Figure 4)",
+        "Simulated and measured",
         Panels(caption, tuple(panels), tuple(keys), 4.6, 2.3),
         say_of_each(runs, _met),
         opened=True,
@@ -147,9 +148,10 @@ def figure_6(runs: Runs) -> Section:
         if run.geometry is not None
     ]
     return figure_section(
-        "Trajectories in the slope's plane (the paper's Figure 6)",
+        "The run from above",
         Panels(
-            "Seen from above, the fall line downwards: two linked turns from the middle of the run",
+            "Seen from above, the fall line downwards: two linked turns from the middle of the run. Compare "
+            "Figure 6 of Gao et al",
             tuple(panels),
             (
                 Key(3, ":", "centre of mass"),
