@@ -8,8 +8,8 @@
   const SIDE = ["c2", "c1"]; // the theme's colours of left and right
   const FIELD = 0.7; // rad, height of the picture
   const METRES_PER_WEIGHT = 0.9; // length of an arrow as strong as the skier's weight
-  const AROUND = 1.45; // height of the picture over the skier's: arrows and poles reach beyond him
-  const LOWER = 0.12; // m below the centre of mass to the picture's middle: skis and shadow need room
+  const FILLED = 0.94; // share of the picture that skier and skis fill
+  const INSTANTS = 24; // times at which they have to
   const ASIDE = 0.8; // m from the centre of mass to the weight's arrow, which would cover him
   const LIGHT = [0.35, 0.55, -1]; // direction of the light, for shadows
   const STEEPEST = 0.75; // sine of the angle at which a carried pole points down
@@ -26,7 +26,8 @@
       this.pen = this.canvas.getContext("2d");
       this.frame = 0; // whole and fraction
       this.speed = 1;
-      this.distance = (AROUND * this.stature()) / (2 * Math.tan(FIELD / 2));
+      this.distance = 0; // m; the first picture finds it
+      this.shift = 0; // m up the picture from the centre of mass to its middle
       [this.azimuth, this.height] = VIEWS.front;
       this.snow = this.snowLevel();
       this.listen();
@@ -50,21 +51,6 @@
       const { newton, frames } = this.data;
       const first = Math.min(Math.floor(this.frame), frames - 2), t = this.frame - first, a = 3 * (3 * first + index);
       return [0, 1, 2].map((k) => newton * lerp(this.forces[a + k], this.forces[a + 9 + k], t));
-    }
-
-    // Largest height of the skier in any frame, from the lowest to the highest point of the skeleton.
-    stature() {
-      const { frames, feet, points, step } = this.data;
-      let largest = 0;
-      for (let i = 0; i < frames; i++) {
-        let [low, high] = [Infinity, -Infinity];
-        for (let k = 0; k < feet + 2; k++) {
-          const z = step * this.around[3 * (i * points + k) + 2];
-          [low, high] = [Math.min(low, z), Math.max(high, z)];
-        }
-        largest = Math.max(largest, high - low);
-      }
-      return largest;
     }
 
     // Height of the snow's plane over the origin, along its normal: the lower foot's median.
@@ -109,13 +95,35 @@
       return { x: this.width / 2 + scale * x, y: this.tall / 2 - scale * y, depth, scale };
     }
 
+    // Puts the camera as near as shows skier and skis at all times, from the side from which it looks.
+    approach() {
+      const { frames, points } = this.data, kept = this.frame;
+      [this.distance, this.shift] = [5, 0];
+      for (let round = 0; round < 8; round++) { // what is nearer looks larger, so that one round is not enough
+        let [aside, lowest, highest] = [0, -Infinity, Infinity];
+        for (let k = 0; k <= INSTANTS; k++) {
+          this.frame = ((frames - 1) * k) / INSTANTS;
+          this.look();
+          for (let index = 0; index < points; index++) {
+            const at = this.project(this.point(index));
+            if (at === null) continue;
+            aside = Math.max(aside, Math.abs(at.x - this.width / 2));
+            [lowest, highest] = [Math.max(lowest, at.y), Math.min(highest, at.y)];
+          }
+        }
+        this.shift -= (((lowest + highest - this.tall) / 2) * this.distance) / this.focal;
+        this.distance *= Math.max((2 * aside) / this.width, (lowest - highest) / this.tall) / FILLED;
+      }
+      this.frame = kept;
+    }
+
     look() {
-      const com = this.com(), target = [com[0], com[1], com[2] - LOWER], [c, s] = [Math.cos(this.height), Math.sin(this.height)];
+      const [c, s] = [Math.cos(this.height), Math.sin(this.height)];
       const out = [Math.cos(this.azimuth) * c, Math.sin(this.azimuth) * c, s];
-      this.eye = target.map((value, k) => value + this.distance * out[k]);
       this.ahead = out.map((value) => -value);
       this.right = [-Math.sin(this.azimuth), Math.cos(this.azimuth), 0];
       this.up = [-Math.cos(this.azimuth) * s, -Math.sin(this.azimuth) * s, c];
+      this.eye = this.com().map((value, k) => value + this.shift * this.up[k] + this.distance * out[k]);
       const small = Math.min(this.width, this.tall);
       this.focal = small / (2 * Math.tan(FIELD / 2));
     }
@@ -147,6 +155,7 @@
       this.colour = (name) => style.getPropertyValue(`--${name}`).trim();
       this.pen.setTransform(ratio, 0, 0, ratio, 0, 0);
       this.pen.lineCap = this.pen.lineJoin = "round";
+      if (this.distance === 0) this.approach();
       this.look();
       this.drawGround();
       this.drawShadow();
@@ -438,6 +447,7 @@
       control("forces").addEventListener("change", () => this.draw());
       control("view").addEventListener("change", (event) => {
         [this.azimuth, this.height] = VIEWS[event.target.value];
+        this.distance = 0;
         this.draw();
       });
       control("nearer").addEventListener("click", () => this.zoom(0.8));

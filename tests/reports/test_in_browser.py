@@ -204,15 +204,17 @@ FILLED = """() => {
   const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
   const named = ["c1", "c2", "trunk", "head"].map((name) => style.getPropertyValue(`--${name}`).trim());
   const inks = named.map((hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)));
-  let [first, last] = [Infinity, -Infinity];
+  let [first, last, left, right] = [Infinity, -Infinity, Infinity, -Infinity];
   for (let i = 0; i < data.length; i += 4) {
     if (!inks.some((ink) => ink.every((value, k) => Math.abs(value - data[i + k]) < 3))) continue;
-    const row = Math.floor(i / 4 / canvas.width);
+    const row = Math.floor(i / 4 / canvas.width), column = (i / 4) % canvas.width;
     [first, last] = [Math.min(first, row), Math.max(last, row)];
+    [left, right] = [Math.min(left, column), Math.max(right, column)];
   }
-  return (last - first) / Math.min(canvas.width, canvas.height);
+  const free = Math.min(first, left, canvas.height - 1 - last, canvas.width - 1 - right);
+  return [(last - first) / canvas.height, free];
 }"""
-"""The skier's height over the smaller side of the picture, at the first instant, before any track is drawn."""
+"""The height of skier and skis over that of the picture, at the first instant, and pixels free around."""
 
 
 @pytest.mark.long
@@ -220,7 +222,9 @@ FILLED = """() => {
 def test_the_skier_fills_the_replay(width: int, files: dict[str, Path], chromium: Any) -> None:
     page = shown(chromium, files["few sensors"], width, "light")
     page.wait_for_function("() => document.querySelector('.replay canvas').width > 0")
-    assert 0.55 < page.evaluate(FILLED) <= 1.0
+    filled, free = page.evaluate(FILLED)
+    assert 0.55 < filled < 1.0
+    assert free > 0  # neither head nor skis are cut
     faults: list[str] = []
     page.on("pageerror", lambda error: faults.append(str(error)))
     for view in ("front", "side", "behind", "above"):
