@@ -23,6 +23,8 @@ _WORDS: Final = {
     "damping_ratio": ("damping ratio of the tip", 1.0, ""),
     "frequency": ("frequency of the tip", 1.0, "Hz"),
 }
+NUMBER_COLUMNS: Final = ("value", "standard error", "95 % interval")
+INTERVALS: Final = "A 95 % interval holds the true value 19 times in 20."
 _NO_TORSION: Final = (
     "There is no torsion test: the shear modulus is that of an isotropic material, E/(2(1 + ν)) with ν = 0.3, and its "
     "standard error is taken as 30 %."
@@ -43,11 +45,6 @@ def bench_page(measured: Measurements, identified: IdentifiedSki) -> str:
         f"sidecut radius of {ski.sidecut_radius():.1f} m. EI is known to {100.0 * errors.bending:.1f} %, GJ to "
         f"{100.0 * errors.torsion:.1f} %.</p>\n"
     )
-    rows = [["", "value", "95 % interval", "unit"]]
-    for name, estimate, _ in identified.estimates:
-        words, scale, unit = _WORDS[name]
-        low, high = scale * estimate.low, scale * estimate.high
-        rows.append([words, f"{scale * estimate.value:.4g}", f"{low:.4g} to {high:.4g}", unit])
     missed = 100.0 * (identified.predicted_frequency / identified.frequency.value - 1.0)
     side = "below" if missed < 0.0 else "above"
     check = (
@@ -66,13 +63,32 @@ def bench_page(measured: Measurements, identified: IdentifiedSki) -> str:
     millimetres = Line(*(1e3 * value for value in vars(identified.bending).values()))
     bending = _line_drawing(measured.force, 1e3 * measured.deflection, millimetres, ("force (N)", "deflection (mm)"))
     sections = [
-        Section("Numbers", (Grid(rows), Text(check), Text(damping), Text(_STIFFNESS))),
+        Section(
+            "Numbers",
+            (
+                Grid([["", *NUMBER_COLUMNS], *number_rows(identified)]),
+                Text(INTERVALS),
+                Text(check),
+                Text(damping),
+                Text(_STIFFNESS),
+            ),
+        ),
         Section("Three-point bending", (bending,)),
         Section("Torsion", (torsion,)),
         Section("Free vibration", (_vibration(measured, identified),)),
         Section("The ski's curves", (ski_curves([ski]),)),
     ]
     return document(f"Bench tests of {ski.name}", lead, sections)
+
+
+def number_rows(identified: IdentifiedSki) -> list[list[str]]:
+    """Return a row a number of the ski: its name with the unit, and ``NUMBER_COLUMNS``."""
+    rows = []
+    for name, estimate, _ in identified.estimates:
+        words, scale, unit = _WORDS[name]
+        value, low, high = (f"{scale * number:.4g}" for number in (estimate.value, estimate.low, estimate.high))
+        rows.append([f"{words} ({unit})" if unit else words, value, f"{scale * estimate.se:.2g}", f"{low} to {high}"])
+    return rows
 
 
 def _text(estimate: Estimate, scale: float) -> str:

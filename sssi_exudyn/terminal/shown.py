@@ -53,10 +53,16 @@ def show_rows(rows: Sequence[object], options: argparse.Namespace) -> str:
 
 
 def show_identified(identified: IdentifiedSki, options: argparse.Namespace) -> str:
-    """Show the numbers of an identified ski as a table."""
+    """Show the numbers of an identified ski as a table, and what an interval says."""
     from sssi_exudyn.commands.catalogue import identified_rows
+    from sssi_exudyn.reports.bench_page import INTERVALS, NUMBER_COLUMNS, number_rows
+    from sssi_exudyn.terminal.text import format_table
 
-    return show_rows(identified_rows(identified), options)
+    if options.json:
+        return to_json(identified_rows(identified))
+    columns = (identified.ski.name, *NUMBER_COLUMNS)
+    rows = [dict(zip(columns, row, strict=True)) for row in number_rows(identified)]
+    return f"{format_table(rows)}{INTERVALS}\n"
 
 
 def show_counts(counts: Mapping[str, object], options: argparse.Namespace) -> str:

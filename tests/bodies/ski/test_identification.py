@@ -160,6 +160,11 @@ def test_the_command_leaves_a_ski_that_recordings_can_name(tmp_path: Path, capsy
     assert end.value.code == 0
     rows = {row["name"]: row for row in json.loads(capsys.readouterr().out)}
     assert rows["young_modulus"]["low"] < rows["young_modulus"]["value"] < rows["young_modulus"]["high"]
+    with pytest.raises(SystemExit):
+        main(["ski", "identify", str(bench)])
+    table = capsys.readouterr().out.splitlines()
+    assert {line.split("  ")[0] for line in table} >= {"Young's modulus (GPa)", "density (kg/m³)"}
+    assert table[-1] == "A 95 % interval holds the true value 19 times in 20."
     ski = read_ski("mine.toml", tmp_path)
     assert ski.young_modulus == pytest.approx(rows["young_modulus"]["value"])
 
