@@ -138,6 +138,7 @@ def notebook_page(name: str) -> str:
 
     mpl.use("agg")
     import matplotlib.pyplot as plt
+    from matplotlib.figure import Figure
 
     work = MADE / "work"
     shutil.copytree(ROOT / "examples", work, dirs_exist_ok=True)
@@ -160,12 +161,14 @@ def notebook_page(name: str) -> str:
                 value = None if last is None else eval(compile(ast.Expression(last.value), name, "eval"), vars(module))
             if output.getvalue():
                 parts.append(f"```text\n{output.getvalue().rstrip()}\n```")
-            if value is not None and not silent:
+            if value is not None and not silent and not isinstance(value, Figure):
                 html = getattr(value, "_repr_html_", None)
                 parts.append(f'<div class="output">{html()}</div>' if html else f"```text\n{value!r}\n```")
-            for number in plt.get_fignums():
+            drawn = [plt.figure(number) for number in plt.get_fignums()]
+            drawn += [value] if isinstance(value, Figure) else []
+            for number, figure in enumerate(drawn, 1):
                 picture = f"{name}_{count}_{number}.png"
-                plt.figure(number).savefig(MADE / picture, dpi=110, bbox_inches="tight")
+                figure.savefig(MADE / picture, dpi=110, bbox_inches="tight")
                 parts.append(f"![What the cell draws]({picture})")
             plt.close("all")
     shutil.rmtree(work)

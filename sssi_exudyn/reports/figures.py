@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.lines import Line2D
 
 from sssi_exudyn.core.errors import InputError
@@ -28,14 +29,26 @@ _LEGEND: Final = 0.4
 """Inches below panels for their legend."""
 _MOST_COLUMNS: Final = 4
 """Columns of a legend."""
+_FILES_ONLY: Final = frozenset({"agg", "cairo", "pdf", "pgf", "ps", "svg", "template"})
+"""Matplotlib's back ends that show nothing."""
 Draw = Callable[[Axes], None]
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure that Matplotlib's ``show`` and notebooks know."""
+    """Return an empty figure that Matplotlib's ``show`` and notebooks know.
+
+    Where nothing can be shown, as on a server, pyplot does not keep the figure, so that many can be made and saved.
+    """
     import matplotlib.pyplot as plt  # here: it chooses how to show figures, which a server may not be able to
 
-    return plt.figure(figsize=(width, height), layout="constrained")
+    if plt.get_backend().lower() in _FILES_ONLY:
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(width, height), layout="constrained")
+        FigureCanvasAgg(figure)  # measures words
+        return figure
+    with plt.rc_context({"figure.max_open_warning": 0}):  # windows are opened by show alone, notebooks close theirs
+        return plt.figure(figsize=(width, height), layout="constrained")
 
 
 def figure_of(section: Section, needed: str) -> Figure:

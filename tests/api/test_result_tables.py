@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -35,6 +36,21 @@ def test_every_plot_is_a_figure_with_something_in_it(result: Result, name: str) 
     figure.canvas.draw()  # type: ignore[no-untyped-call]
     assert any(axes.lines for axes in figure.axes)
     assert all(axes.get_xlabel() for axes in figure.axes if axes.lines)
+
+
+def test_a_script_may_draw_many_figures_without_closing_them(result: Result) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        figures = [result.plot_speed() for _ in range(mpl.rcParams["figure.max_open_warning"] + 1)]
+    assert len(figures) > 20
+    assert mpl.pyplot.get_fignums() == []
+
+
+def test_a_notebook_is_given_figures_that_it_shows(result: Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    # a back end of a notebook shows what pyplot knows at a cell's end; of its names only the files' ones matter here
+    monkeypatch.setattr("matplotlib.pyplot.get_backend", lambda: "inline")
+    figure = result.plot_speed()
+    assert [mpl.pyplot.figure(number) for number in mpl.pyplot.get_fignums()] == [figure]
     mpl.pyplot.close(figure)
 
 
@@ -47,7 +63,6 @@ def test_a_legend_is_below_the_axes_and_within_its_figure(result: Result, name: 
     assert extent.x0 >= 0.0
     assert extent.x1 <= figure.bbox.width
     assert extent.y1 <= min(axes.get_window_extent().y0 for axes in figure.axes)
-    mpl.pyplot.close(figure)
 
 
 def test_track_and_loads_show_what_was_simulated_and_what_was_measured(result: Result) -> None:
