@@ -39,7 +39,7 @@ def why_unidentified(posterior: Posterior) -> str:
     x, y = (posterior.residual[seen.blocks[name]] for name in ("x", "y"))
     missed = float(np.sqrt(np.mean(x**2 + y**2)))
     return (
-        f"this recording does not identify friction: the track is missed by {missed:.2g} m (rms), and noise of such a"
+        f"this recording does not identify friction: the track is missed by {missed:.2g} m (rms). Noise of such a"
         f" receiver is {bound:.2g} m at most; {_CHECK}"
     )
 
@@ -61,7 +61,7 @@ def why_missed(fitted: Fitted, recording: Recording) -> str:
     if missed <= allowed:
         return ""
     return (
-        f"this fit does not identify friction: the track is missed by {missed:.2g} m (rms), and noise of such a"
+        f"this fit does not identify friction: the track is missed by {missed:.2g} m (rms). Noise of such a"
         f" receiver and skis that point {np.degrees(angle):.2g}° wrong explain {allowed:.2g} m at most; {_CHECK}"
     )
 

@@ -26,12 +26,12 @@ _WORDS: Final = {
 NUMBER_COLUMNS: Final = ("value", "standard error", "95 % interval")
 INTERVALS: Final = "A 95 % interval holds the true value 19 times in 20."
 _NO_TORSION: Final = (
-    "There is no torsion test: the shear modulus is that of an isotropic material, E/(2(1 + ν)) with ν = 0.3, and its "
+    "There is no torsion test. The shear modulus is that of an isotropic material, E/(2(1 + ν)) with ν = 0.3; its "
     "standard error is taken as 30 %."
 )
 _STIFFNESS: Final = (
-    "The ski's file carries its standard errors on to steady turns: of EI from the line of the "
-    "bending test, of GJ from that of the torsion test. The caliper's error changes modulus and thickness together "
+    "The ski's file passes its standard errors to steady turns. That of EI comes from the line of the bending test, "
+    "that of GJ from the torsion test. The caliper's error changes modulus and thickness together "
     "and cancels in EI and GJ."
 )
 

@@ -36,7 +36,7 @@ def sentence_of_day(
     if law is not None and law.offered:
         return (
             f"In {runs} runs together friction along the ski follows a law that is in no list ({law.probability:.0%} "
-            f"probable): {law.formula}; the nearest in the list is {law.best_named}; "
+            f"probable): {law.formula}. The nearest law of the list is {law.best_named}. "
             f"μ_n, the largest lateral load ratio, is {_around(law.numbers[MU_N])}."
         )
     best = _best(explanations)
@@ -55,7 +55,7 @@ def sentence_of_day(
     unsure = named and probability < THRESHOLDS.sure and others
     alternatives = f"; {list_alternatives(best.name, others)}" if unsure else ""
     friction = f"μ_t is {_around(numbers['mu_t'])} and μ_n, the largest lateral load ratio, {_around(numbers['mu_n'])}"
-    return f"In {runs} runs together {what} ({probability:.0%} probable{alternatives}); {friction}."
+    return f"In {runs} runs together {what} ({probability:.0%} probable{alternatives}). {friction}."
 
 
 def _best(explanations: Sequence[DayExplanation]) -> DayExplanation:

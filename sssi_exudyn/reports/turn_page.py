@@ -31,8 +31,8 @@ def turn_page(skis: Sequence[Ski], points: Sequence[RigPoint], case: TurnCase) -
     )
     lead = answers + (
         f"<p>{escape(', '.join(names))}: one ski at {case.speed:g} m/s. It carries {case.load:g} N along the snow's "
-        "normal at every edge angle, as the weight does in a turn, and the centripetal force that puts the resultant "
-        f"square to its base: {resultant} in all. Bars are one standard deviation of what is uncertain of snow and "
+        "normal at every edge angle, as the weight does in a turn. The centripetal force puts the resultant "
+        f"square to the base: {resultant}. Bars are one standard deviation of what is uncertain of snow and "
         f"posture{_own_errors(skis)}.</p>\n"
     )
     sections = [
@@ -190,8 +190,8 @@ def _difference_text(point: RigPoint, other: RigPoint) -> str:
 
 _ALIKE: Final = (
     "Snow and posture are the same for both skis: harder snow changes both radii at once. The interval of a difference "
-    "counts by how much each of these errors changes the ratio of the radii, and adds the errors of either ski's own "
-    "stiffness; it is two standard deviations wide to each side, some 95 %. So it may exclude zero although the bars "
+    "counts by how much each of these errors changes the ratio of the radii. It adds the errors of either ski's own "
+    "stiffness. It is two standard deviations wide to each side, some 95 %. So it may exclude zero although the bars "
     "of the radii overlap, and may hold zero although they do not."
 )
 

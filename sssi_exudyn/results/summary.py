@@ -165,8 +165,8 @@ class UncertaintyFigures:
         if not self.fits_priors:
             worst = self.largest[0]
             doubts.append(
-                f"{worst.what} had to be corrected by {abs(worst.sigmas):.1f} standard deviations of what is known of"
-                " it: what is stated of it, a clock, or the model is wrong"
+                f"{worst.what} had to be corrected by {abs(worst.sigmas):.1f} standard deviations:"
+                " its stated value, a clock or the model is wrong"
             )
         return tuple(doubts)
 

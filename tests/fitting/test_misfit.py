@@ -41,7 +41,7 @@ def test_a_receivers_clock_that_is_seconds_wrong_leaves_no_interval(insoles: boo
     estimated = estimate(problem_of(recording, motion, model, "joint"), recording, motion, full=False)
     words = why_unidentified(estimated.posterior)
     assert "does not identify friction: the track is missed by" in words
-    assert "noise of such a receiver is 0.064 m at most" in words  # 3.2 times its 0.02 m (FixNoise)
+    assert "Noise of such a receiver is 0.064 m at most" in words  # 3.2 times its 0.02 m (FixNoise)
     figures = uncertainty_figures(estimated.posterior)
     assert figures.interval_90 == {}
     assert figures.shares == {}

@@ -85,7 +85,7 @@ def test_sections_of_an_assumed_posture_are_marked_and_say_so(run: StoredRun) ->
     assert 'class="assumed"' not in measured
     marked = re.findall(r'<section class="assumed">\s*<h2 [^>]*>([^<(:]*)', page)
     assert page.count(ASSUMED) == len(marked)
-    for title in ("Joint angles", "Joint moments", "Load on each ski", "Trajectories", "Turn by turn"):
+    for title in ("Joint angles", "Joint moments", "Load on each ski", "The run from above", "Turn by turn"):
         assert any(name.startswith(title) for name in marked), title
     assert not any(name.startswith(("Simulated and measured", "Snow surface")) for name in marked)
     text = before_contents(page)

@@ -53,7 +53,7 @@ def _lines(run: StoredRun) -> list[str]:
         worst = uncertainty.largest[0]
         much = f"had to be corrected by {abs(worst.sigmas):.1f} standard deviations"
         what = worst.what[:1].upper() + worst.what[1:]
-        lines.append(f"{what} {much}: what is stated of it, or the model, is wrong.")
+        lines.append(f"{what} {much}: its stated value or the model is wrong.")
     if uncertainty is not None and uncertainty.missed is not None:
         kind, times = uncertainty.missed
         lines.append(

@@ -68,7 +68,8 @@ def test_a_file_of_the_first_version_is_read_and_shown(tmp_path: Path) -> None:
 
 def test_the_section_shows_what_the_file_holds(tmp_path: Path) -> None:
     section = shown(read(tmp_path, whole_version()))
-    assert section.count("<figcaption>") == 7  # track, force before, on each foot and after, slope from above, probabilities
+    # track, force before, on each foot and after, slope from above, probabilities
+    assert section.count("<figcaption>") == 7
     assert "The same force on the left foot" in section
     assert "+12.5" in section
     assert "the longest 50 N" in section  # of the arrows

@@ -53,8 +53,8 @@ def paragraph_of(
     if not near.adequate:
         sentences.append(
             f"The simulation misses the recorded path by {near.missed_m:.2f} m where the instruments allow "
-            f"{near.allowed_m:.2f} m: it does not describe this run; what was found or fitted, friction too, is not to "
-            "be trusted, and no cause is ruled out"
+            f"{near.allowed_m:.2f} m, so it does not describe this run. Do not trust what was found or fitted, not "
+            "even friction; no cause is ruled out"
         )
     if findings:
         sentences += [text for finding in findings for text in _of_finding(finding, model, thresholds)]
@@ -117,7 +117,7 @@ def _without_finding(verdict: Outcome, last: Round, figures: Figures) -> list[st
             f"({_percent(best.probability)})",
         ]
     return [
-        f"This recording cannot tell whether something is missing: {met}, and that nothing is missing is "
+        f"This recording cannot tell whether something is missing: {met}. That nothing is missing is "
         f"{_percent(nothing)} probable",
         f"Not ruled out: {_cause(best.name)} ({_percent(best.probability)}) and others",
     ]
@@ -146,7 +146,7 @@ def _what_next(
     if following:
         best = following[0]
         return (
-            f"Next: {best.measurement}; with a probability of {_percent(best.probability)} it leaves only one of "
+            f"Next: {best.measurement}. With a probability of {_percent(best.probability)} it leaves only one of "
             f"{_cause(best.distinguishes[0])} and {_cause(best.distinguishes[1])}"
         )
     if verdict == "none":

@@ -31,7 +31,7 @@ def sentence_of(
         friction = models[0].friction
         return (
             f"Nothing is missing: the track is met to {_metres(first.trajectory_error)} m, which is what the "
-            f"instruments' noise leaves; μ_t is {friction.mu_t:.3f} and μ_n {friction.mu_n:.2f}. Smaller effects "
+            f"instruments' noise leaves. μ_t is {friction.mu_t:.3f} and μ_n {friction.mu_n:.2f}. Smaller effects "
             f"would have gone unnoticed: {_list_smallest(last)}."
         )
     clauses = [_clause(finding, models[1], last.fitted.thresholds) for finding in findings]
@@ -47,12 +47,12 @@ def sentence_of(
     if not near.adequate:
         clauses.append(
             f"The model does not describe this run: it misses the track by {_metres(near.missed_m)} m where the "
-            f"instruments allow {_metres(near.allowed_m)} m; what was fitted and found is not to be trusted."
+            f"instruments allow {_metres(near.allowed_m)} m. Do not trust what was fitted and found."
         )
     elif verdict == "not_adequate":
         clauses.append(
             f"This recording cannot tell whether something is missing: the track is met to "
-            f"{_metres(first.trajectory_error)} m, that nothing is missing is {last.nothing.probability:.0%} probable, "
+            f"{_metres(first.trajectory_error)} m. That nothing is missing is {last.nothing.probability:.0%} probable, "
             f"{last.best.name} {last.best.probability:.0%}."
         )
     return " ".join(clauses)

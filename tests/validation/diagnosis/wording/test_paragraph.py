@@ -92,7 +92,7 @@ def test_an_ambiguous_finding_is_not_to_be_relied_on(model: Model) -> None:
     text = paragraph(model, "ambiguous", finding, following=[ANOTHER_PASS])
     assert "50% probable, which is not enough to rely on" in text
     assert "not ruled out: a stretch of other snow (30%), that nothing is missing (10%)" in text
-    assert text.endswith("with a probability of 90% it leaves only one of a gust of wind and a stretch of other snow.")
+    assert text.endswith("With a probability of 90% it leaves only one of a gust of wind and a stretch of other snow.")
     assert paragraph(model, "ambiguous", finding).endswith("Next: a second run over the same place.")
 
 
@@ -100,7 +100,7 @@ def test_a_run_that_is_not_described_is_not_explained(model: Model) -> None:
     for findings in ((), (gust(0.97),)):
         text = paragraph(model, "not_adequate", *findings, near=FAR)
         assert "misses the recorded path by 6.00 m where the instruments allow 0.20 m" in text
-        assert "not to be trusted, and no cause is ruled out" in text
+        assert "Do not trust what was found or fitted, not even friction; no cause is ruled out" in text
         assert "Nothing was found" not in text
         assert "Too small" not in text
         assert "Next: check what the recording states" in text
