@@ -212,8 +212,9 @@ class Model:
 
         A ``model.toml`` with such a number would be refused too.
         """
-        for part in (*self.terms, *self.sensors, self.start):
-            name = "start" if isinstance(part, Start) else part.name
+        parts: list[tuple[str, Term | Sensor | Start]] = [(term.name, term) for term in self.terms]
+        parts += [(sensor.name, sensor) for sensor in self.sensors]
+        for name, part in [*parts, ("start", self.start)]:
             for key, about in quantities(part).items():
                 check_bounds(about, float(np.real(getattr(part, key))), "model", f"{name}.{key}")
 

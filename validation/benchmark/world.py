@@ -150,9 +150,9 @@ def _draw_snow(rng: np.random.Generator, model: Model) -> dict[NumberRef, float]
 def draw_hill(
     rng: np.random.Generator,
     f: float,
-    l: float,
+    l: float,  # noqa: E741
     long: float,
-    steepness: tuple[float, float],  # noqa: E741
+    steepness: tuple[float, float],
 ) -> Surface:
     """Draw waves of all lengths and directions around and below a start (m), for so ``long`` (s).
 
