@@ -17,6 +17,7 @@ from typing import Final, Protocol
 
 import numpy as np
 from numpy.linalg import LinAlgError
+from numpy.polynomial.hermite import hermgauss
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import Bounds, minimize
@@ -24,7 +25,7 @@ from scipy.optimize import Bounds, minimize
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import Scale, uneven_covariance
 from sssi_exudyn.fitting.autocorrelated_noise import log_divisors, whiten, whiten_with_slope
-from sssi_exudyn.fitting.noise import BLOCKS_OF, LevelPrior, NoiseLevels, level_priors, log_prior
+from sssi_exudyn.fitting.noise import BLOCKS_OF, LevelPrior, NoiseLevels, UsualLevels, level_priors, log_prior
 from sssi_exudyn.fitting.observations import Measurements
 
 _UNSEEN: Final = 0.02
@@ -32,6 +33,11 @@ _UNSEEN: Final = 0.02
 _ROUNDS: Final = 40
 _TOLERANCE: Final = 1e-7
 """Iterations and relative change of the log evidence that end a search of noise levels."""
+_NODES: Final = (5, 3)
+"""Of the integral over the noise of fixes, along the direction that a run shows least and across it."""
+_STENCIL: Final = np.array([0.1, 0.4])
+"""Changes of log σ²/T and log T by which the integrand's curvature is measured: a standard deviation, nearly, of each
+in a run of some seconds."""
 
 
 class Measured(Protocol):
@@ -42,7 +48,7 @@ class Measured(Protocol):
     @property
     def scale(self) -> Scale: ...
     @property
-    def usual(self) -> NoiseLevels: ...
+    def usual(self) -> UsualLevels: ...
     def time_of(self, block: str) -> Array: ...
 
 
@@ -144,6 +150,32 @@ class _Evidence:
             if prior.spread > 0.0 and name.partition(".")[0] in (*instruments, *sized)
         }
 
+    def by_fixes(self, levels: NoiseLevels) -> Callable[[NoiseLevels], float]:
+        """Return a function of levels that differ from these by the noise of the fixes' places alone: the log evidence
+        there.
+        """
+        measurements, scales = self.linear.measurements, np.ones(self.columns.shape[1])
+        for name, at in self.sized.items():
+            scales[at] = getattr(levels, name)
+        columns = self.columns * scales
+
+        def whitened(name: str, levels: NoiseLevels) -> Array:
+            place = self.blocks[name]
+            return whiten(measurements.time_of(name), columns[place], levels.of(name), measurements.scale[place])
+
+        held = [whitened(name, levels) for name in self.blocks if name not in BLOCKS_OF["gps"]]
+        squares = np.sum([white.T @ white for white in held], axis=0)
+
+        def at_other(levels: NoiseLevels) -> float:
+            fixes = [whitened(name, levels) for name in BLOCKS_OF["gps"] if name in self.blocks]
+            total = squares + np.sum([white.T @ white for white in fixes], axis=0)
+            factor = precision_of(total[1:, 1:], lambda: np.vstack([*held, *fixes])[:, 1:])
+            left = total[0, 0] - total[0, 1:] @ cho_solve(factor, total[1:, 0])
+            volume = log_volume(self.linear, levels)
+            return -0.5 * float(left) - float(np.sum(np.log(np.diag(factor[0])))) - volume
+
+        return at_other
+
     def at(self, levels: NoiseLevels) -> tuple[float, dict[str, float]]:
         """Return the log evidence at these levels, and its derivatives by the logarithms of their ``numbers``.
 
@@ -211,6 +243,61 @@ def best_levels(linear: LinearProblem, start: NoiseLevels, extra: Freedom | None
     ]  # fmt: skip
     best = min(searches, key=lambda search: float(search.fun))
     return levels_at(best.x), -float(best.fun)
+
+
+def evidence_over_noise(linear: LinearProblem, levels: NoiseLevels, extra: Freedom | None = None) -> float:
+    """Return log evidence plus the noise's log prior with the noise of the fixes' places integrated out; all other
+    levels stay, which a run shows better.
+
+    levels : the best ones, about whose σ²/T and T the integral is a Gauss-Hermite sum of 3 × 5 nodes
+
+    Source: Liu and Pierce, Biometrika 81 (1994) 624 (adaptive quadrature).
+    """
+    usual, by_fixes = linear.measurements.usual, _Evidence(linear, extra).by_fixes(levels)
+
+    def at(change: Array) -> float:
+        """Return the log integrand where log σ²/T and log T are larger by ``change``."""
+        rate, memory = change
+        gps = levels.gps
+        other = levels.with_numbers(
+            {
+                "gps.sigma": gps.sigma * float(np.exp(0.5 * (rate + memory))),
+                "gps.correlation_time": gps.correlation_time * float(np.exp(memory)),
+            }
+        )
+        return by_fixes(other) + log_prior(usual, other)
+
+    middle = at(np.zeros(2))
+    curvature = _curvature(at, middle)
+    sizes, axes = np.linalg.eigh(curvature)
+    priors = level_priors(usual)
+    widest = max(1.0, *(priors[f"gps.{name}"].spread for name in ("sigma", "correlation_time")))
+    lengths = np.sqrt(2.0 / np.maximum(sizes, widest**-2))  # the slow direction comes first
+    nodes = [hermgauss(count) for count in _NODES]
+    logs = [
+        at(axes @ (lengths * [x, y])) + x**2 + y**2 + np.log(weight * other)
+        for x, weight in zip(*nodes[0], strict=True)
+        for y, other in zip(*nodes[1], strict=True)
+    ]
+    beforehand = [priors[f"gps.{name}"].spread for name in ("sigma", "correlation_time")]
+    # dlog σ dlog T is half of dlog σ²/T dlog T
+    volume = np.sum(np.log(lengths)) - np.log(2.0) - np.log(2.0 * np.pi * np.prod(beforehand))
+    return float(np.logaddexp.reduce(logs) + volume)
+
+
+def best_evidence(linear: LinearProblem, start: NoiseLevels, extra: Freedom | None = None) -> tuple[NoiseLevels, float]:
+    """Return ``best_levels``' noise, and the log evidence over the noise about it (``evidence_over_noise``)."""
+    levels, _ = best_levels(linear, start, extra)
+    return levels, evidence_over_noise(linear, levels, extra)
+
+
+def _curvature(at: Callable[[Array], float], middle: float) -> Array:
+    """Return (2, 2) the curvature of −``at`` about zero, where its value is ``middle``, by differences."""
+    a, b = np.diag(_STENCIL)
+    both = at(a + b) + at(-a - b) - at(a - b) - at(b - a)
+    own = [2.0 * middle - at(step) - at(-step) for step in (a, b)]
+    scaled = np.array([[own[0], -0.25 * both], [-0.25 * both, own[1]]])
+    return np.asarray(scaled / np.outer(_STENCIL, _STENCIL))
 
 
 def precision(columns: Array) -> tuple[Array, bool]:

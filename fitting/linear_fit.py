@@ -23,7 +23,7 @@ from scipy.linalg import cho_solve, solve_triangular
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import LinearModel, LinearProblem, Uncertain, Whitener, log_posterior, uncertain
-from sssi_exudyn.fitting.noise import NOISE, NoiseLevels
+from sssi_exudyn.fitting.noise import NoiseLevels, UsualLevels
 from sssi_exudyn.fitting.observations import Measurements
 from sssi_exudyn.fitting.optimise import minimise_squares
 from sssi_exudyn.fitting.parameters import Parameter
@@ -57,7 +57,8 @@ def other_memories(linear: LinearProblem, levels: NoiseLevels) -> list[tuple[flo
     """Return levels by how long the receiver's fixes remember their error, the slowest noise, with their probabilities;
     σ²/T is kept, which a run shows best.
     """
-    tried = [levels.remembering("gps", share * NOISE.gps.memory) for share in _MEMORIES]
+    usual = linear.measurements.usual.gps.correlation_time
+    tried = [levels.remembering("gps", share * usual) for share in _MEMORIES]
     logs = np.array([log_posterior(linear, other) for other in tried])
     weights = np.exp(logs - np.max(logs))
     weights[weights < _NEGLIGIBLE] = 0.0
@@ -92,7 +93,7 @@ def draw_amounts(linear: LinearProblem, levels: NoiseLevels, count: int, rng: np
     return drawn
 
 
-def widening(usual: NoiseLevels, levels: NoiseLevels) -> float:
+def widening(usual: UsualLevels, levels: NoiseLevels) -> float:
     """Return by how much standard errors grow where noise is larger than its instruments' ``usual`` one: what is left
     over is then no noise alone but what the model lacks, and that does not average out as noise does.
 

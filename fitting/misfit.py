@@ -15,7 +15,7 @@ import numpy as np
 from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.fitting.estimate import Estimated
 from sssi_exudyn.fitting.first_fit import Fitted
-from sssi_exudyn.fitting.noise import NOISE, level_priors
+from sssi_exudyn.fitting.noise import level_priors, usual_levels
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.recording.recording import Recording
 
@@ -54,7 +54,8 @@ def why_missed(fitted: Fitted, recording: Recording) -> str:
         return ""
     inside = (recording.gps.time >= fitted.time[0]) & (recording.gps.time <= fitted.time[-1])
     length = float(np.sum(np.linalg.norm(np.diff(recording.gps.enu[inside, :2], axis=0), axis=1)))
-    bound = quantities(NOISE.gps)["size"].high * float(np.median(recording.gps.sigma[inside]))
+    stated = float(np.median(recording.gps.sigma[inside]))
+    bound = quantities(usual_levels(stated, stated, 1.0, 1.0).receiver)["size"].high * stated
     angle = recording.uncertainty.foot if recording.completed is None else recording.completed.sigma.yaw
     allowed = float(np.hypot(np.sqrt(2.0) * bound, _ASIDE * angle * length))
     missed = float(np.sqrt(np.mean(np.sum(fitted.residual**2, axis=1))))

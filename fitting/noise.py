@@ -62,6 +62,42 @@ class FixNoise:
 
 
 @dataclass(frozen=True)
+class ConsumerFixNoise(FixNoise):
+    """The same of a telephone or a watch: it states more than its error from one fix to the next, and that error stays
+    for tens of seconds.
+    """
+
+    size: float = quantity(
+        0.35, "1", low=0.078, high=1.57, source="measured: docs/notebook/uncertainty.md, with the memory",
+        meaning="standard deviation over that which the receiver states",
+    )  # fmt: skip
+    memory: float = quantity(
+        20.0, "s", low=1.8, high=220.0, source="measured: docs/notebook/uncertainty.md", meaning="correlation time"
+    )  # fmt: skip
+    size_spread: float = quantity(
+        0.5, "1", low=0.0, high=1.0, source="chosen: telephones differ in what they call an error",
+        meaning="standard deviation of the size's logarithm beforehand",
+    )  # fmt: skip
+    memory_spread: float = quantity(
+        0.8, "1", low=0.0, high=1.0, source="chosen: a run of a minute shows it little",
+        meaning="standard deviation of the memory's logarithm beforehand",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class NullForce:
+    """A force of any course at the centre of mass that every explanation of a consumer receiver's run has, that nothing
+    is missing included: postures are then assumed or roughly known, and no run is without such a force.
+    """
+
+    size: float = quantity(
+        30.0, "N", low=0.0, high=200.0, source="measured: docs/notebook/uncertainty.md",
+        meaning="standard deviation of each component",
+    )  # fmt: skip
+    memory: float = quantity(2.0, "s", low=0.1, high=20.0, source="chosen: a turn", meaning="correlation time")
+
+
+@dataclass(frozen=True)
 class HeightNoise:
     """A receiver's error of height."""
 
@@ -200,6 +236,11 @@ class DeclaredNoise:
 
 
 NOISE: Final = DeclaredNoise()
+CONSUMER_FIXES: Final = ConsumerFixNoise()
+NULL_FORCE: Final = NullForce()
+CONSUMER: Final = 0.5
+"""m; standard deviation that a receiver states of its fixes from which it is a telephone's or a watch's.  Receivers
+with carrier phases state some centimetres, and 0.25 m while they have lost their fixed solution; telephones metres."""
 SCALES: Final = ErrorScales()
 BLOCKS_OF: Final[Mapping[str, tuple[str, ...]]] = {
     "gps": ("x", "y"),
@@ -243,7 +284,7 @@ class NoiseLevels:
             value = getattr(self, entry.name)
             if isinstance(value, ExponentialNoise):
                 named |= {f"{entry.name}.sigma": value.sigma, f"{entry.name}.correlation_time": value.correlation_time}
-            else:
+            elif isinstance(value, float):
                 named[entry.name] = value
         return named
 
@@ -278,7 +319,28 @@ class NoiseLevels:
         return self.with_numbers({f"{instrument}.sigma": sigma, f"{instrument}.correlation_time": memory})
 
 
-def usual_levels(fix: float, height: float, load: float, moment: float) -> NoiseLevels:
+@dataclass(frozen=True)
+class UsualLevels(NoiseLevels):
+    """The levels that a run's instruments usually show.
+
+    receiver : what is declared of its fixes
+    """
+
+    receiver: FixNoise = NOISE.gps
+
+    @property
+    def null_force(self) -> NullForce | None:
+        """The force that every explanation of the run has; None where a receiver is so good that it would hide what is
+        looked for.
+        """
+        return NULL_FORCE if self.receiver is CONSUMER_FIXES else None
+
+    def declared(self, instrument: str) -> InstrumentNoise:
+        """Return what is declared of an instrument's noise."""
+        return self.receiver if instrument == "gps" else cast(InstrumentNoise, getattr(NOISE, instrument))
+
+
+def usual_levels(fix: float, height: float, load: float, moment: float) -> UsualLevels:
     """Return the levels that instruments usually show.
 
     Parameters
@@ -291,13 +353,15 @@ def usual_levels(fix: float, height: float, load: float, moment: float) -> Noise
     def noise(declared: InstrumentNoise, unit: float) -> ExponentialNoise:
         return ExponentialNoise(declared.size * unit, declared.memory)
 
-    return NoiseLevels(
-        gps=noise(NOISE.gps, fix),
+    receiver = CONSUMER_FIXES if fix >= CONSUMER else NOISE.gps
+    return UsualLevels(
+        gps=noise(receiver, fix),
         height=noise(NOISE.height, height),
         speed=noise(NOISE.speed, 1.0),
         load=noise(NOISE.load, load),
         difference=noise(NOISE.difference, load),
         moment=noise(NOISE.moment, moment),
+        receiver=receiver,
     )
 
 
@@ -317,11 +381,11 @@ class LevelPrior:
         return 0.0 if self.spread == 0.0 else -0.5 * (np.log(value / self.usual) / self.spread) ** 2
 
 
-def level_priors(usual: NoiseLevels) -> dict[str, LevelPrior]:
+def level_priors(usual: UsualLevels) -> dict[str, LevelPrior]:
     """Return the prior of every number of the levels by its name, about the ``usual`` ones of a run."""
     priors: dict[str, LevelPrior] = {}
     for instrument in BLOCKS_OF:
-        noise, declared = getattr(usual, instrument), getattr(NOISE, instrument)
+        noise, declared = getattr(usual, instrument), usual.declared(instrument)
         about = quantities(declared)
         for key, name in (("size", "sigma"), ("memory", "correlation_time")):
             value = getattr(noise, name)
@@ -334,7 +398,7 @@ def level_priors(usual: NoiseLevels) -> dict[str, LevelPrior]:
     return priors
 
 
-def log_prior(usual: NoiseLevels, levels: NoiseLevels) -> float:
+def log_prior(usual: UsualLevels, levels: NoiseLevels) -> float:
     """Return the log prior density of levels, but for a constant, about the ``usual`` ones of a run."""
     numbers = levels.numbers
     return float(sum(prior.log_density(numbers[name]) for name, prior in level_priors(usual).items()))

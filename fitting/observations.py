@@ -19,7 +19,7 @@ from sssi_exudyn.core.frames import Array, level_to_enu, slope_to_level
 from sssi_exudyn.core.noise import Scale, tail_weight
 from sssi_exudyn.fitting.autocorrelated_noise import whiten
 from sssi_exudyn.fitting.balance import Balance, moment_by_slip_noise
-from sssi_exudyn.fitting.noise import BLOCKS_OF, HEIGHT_ORIGIN, NoiseLevels, usual_levels
+from sssi_exudyn.fitting.noise import BLOCKS_OF, HEIGHT_ORIGIN, NoiseLevels, UsualLevels, usual_levels
 from sssi_exudyn.model.faults import gps_offset, insole_readings
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
@@ -158,7 +158,7 @@ class Measurements:
         return {name: slice(int(a), int(b)) for name, a, b in zip(_COMPARED, edges[:-1], edges[1:], strict=True)}
 
     @property
-    def usual(self) -> NoiseLevels:
+    def usual(self) -> UsualLevels:
         """The noise that instruments of the stated quality show."""
         stated = self.gps_sigma, self.vertical * self.gps_sigma
         return usual_levels(*stated, mean_load(self.loads), Uncertainty().residual_moment)
@@ -240,7 +240,7 @@ class Observation:
     blocks: Mapping[str, slice]
     times: Mapping[str, Array]
     scale: Scale
-    usual: NoiseLevels
+    usual: UsualLevels
 
     @property
     def has_heights(self) -> bool:

@@ -13,6 +13,7 @@ from sssi_exudyn.fitting.evidence import (
     LinearModel,
     best_levels,
     evidence_and_slopes,
+    evidence_over_noise,
     fewer_columns,
     log_evidence,
     log_factors,
@@ -20,6 +21,7 @@ from sssi_exudyn.fitting.evidence import (
     uncertain,
     whitener,
 )
+from sssi_exudyn.fitting.noise import level_priors, log_prior, usual_levels
 
 
 def test_evidence_is_the_density_with_everything_integrated_out() -> None:
@@ -109,3 +111,41 @@ def test_noise_levels_are_found() -> None:
     # 40 s of noise that remembers for 2 s are some 20 independent samples an axis: its σ is known to 20 %
     assert levels.gps.sigma == pytest.approx(LEVELS.gps.sigma, rel=0.4)
     assert levels.load.sigma == pytest.approx(LEVELS.load.sigma, rel=0.15)
+
+
+def test_evidence_over_the_noise_of_fixes_is_that_of_a_fine_grid() -> None:
+    given = linear_model()
+    levels, _ = best_levels(given, given.measurements.usual)
+    usual = given.measurements.usual
+    priors = [level_priors(usual)[f"gps.{name}"] for name in ("sigma", "correlation_time")]
+    steps = [np.linspace(-6.0, 6.0, 61) * prior.spread for prior in priors]
+    logs = [
+        log_evidence(given, other) + log_prior(usual, other)
+        for sigma in np.exp(steps[0])
+        for memory in np.exp(steps[1])
+        for other in [
+            levels.with_numbers(
+                {
+                    "gps.sigma": sigma * levels.gps.sigma,
+                    "gps.correlation_time": memory * levels.gps.correlation_time,
+                }
+            )
+        ]
+    ]
+    cell = np.prod([step[1] - step[0] for step in steps]) / (2.0 * np.pi * np.prod([p.spread for p in priors]))
+    expected = np.logaddexp.reduce(logs) + np.log(cell)
+    # 15 nodes of an integrand that is normal but for its skewness, which moves it by some hundredths
+    assert evidence_over_noise(given, levels) == pytest.approx(expected, abs=0.05)
+
+
+def test_a_telephone_s_noise_is_slow_and_below_what_it_states() -> None:
+    receiver, telephone = (usual_levels(fix, 1.5 * fix, 700.0, 20.0) for fix in (0.02, 3.0))
+    assert receiver.null_force is None
+    assert telephone.null_force is not None
+    assert telephone.gps.sigma < 0.5 * 3.0
+    assert telephone.gps.correlation_time > 5.0 * receiver.gps.correlation_time
+    assert telephone.load == receiver.load
+    priors = level_priors(telephone)
+    # a telephone that is as far off as it states, for some seconds, is within what is known beforehand
+    assert priors["gps.sigma"].low < 3.0 < priors["gps.sigma"].high
+    assert priors["gps.correlation_time"].low < 3.0

@@ -45,7 +45,7 @@ def test_bounds_are_three_spreads_away_or_what_is_given(instrument: str, number:
 
 
 def test_levels_are_numbers_by_name() -> None:
-    assert NoiseLevels.of_numbers(USUAL.numbers) == USUAL
+    assert NoiseLevels.of_numbers(USUAL.numbers).numbers == USUAL.numbers
     changed = USUAL.with_numbers({"load.correlation_time": 0.2, "posture": 1.5})
     assert changed.load.correlation_time == 0.2
     assert changed.load.sigma == USUAL.load.sigma

@@ -10,6 +10,7 @@ import numpy as np
 
 from sssi_exudyn.core.advance import Advance, part_of, silent
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import ExponentialNoise, Scale, uneven_covariance
 from sssi_exudyn.core.number_ref import CLOCK_OFFSET, STIFFNESS, NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, fewer_columns
 from sssi_exudyn.fitting.first_fit import problem_of
@@ -42,8 +43,8 @@ from sssi_exudyn.simulation.reduced.prepared import Prepared, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.terrain.from_heights import TILTS
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
-from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis, probes_by, responses_of
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES, LATENT_FORCE
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, Hypothesis, probes_by, responses_of
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
 STEP: Final = 0.01
@@ -232,6 +233,23 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: 
         *[about.antenna] * 3,
         *[about.insole_gain] * 2,
     ]
+    lacking = _null_force(FittedRun(model, prepared, run, measurements, measurements.predict(model, run)))
     free = Freedom(np.column_stack([height, cuff, by_number, by_mass, by_instrument]), np.array(scales))
+    free = free.with_more(lacking, np.ones(lacking.shape[1]))
     mean = USUAL_CUFF * cuff - by_number @ moved - by_error @ sizes[:-1] - about.mass * sizes[-1] * by_mass[:, 0]
     return Nuisances(free, fewer_columns(measurements, by_error), by_wave, np.asarray(mean))
+
+
+def _null_force(fitted: FittedRun) -> Array:
+    """Return (N, k) what the force that every explanation has does to the measurements, each column for a usual one;
+    k is 0 where explanations have none.
+    """
+    usual = fitted.measurements.usual.null_force
+    if usual is None:
+        return np.zeros((len(fitted.prediction), 0))
+    responses = responses_of(LATENT_FORCE.probes(fitted), fitted.prepared, fitted.measurements)
+    edges = fitted.time_edges
+    middles, alike = 0.5 * (edges[1:] + edges[:-1]), np.ones(len(edges) - 1)
+    one = uneven_covariance(middles, ExponentialNoise(usual.size, usual.memory), Scale(alike, alike))
+    lower = np.kron(np.eye(len(LATENT_FORCE.keys)), np.linalg.cholesky(one))
+    return fewer_columns(fitted.measurements, responses @ lower)

@@ -18,7 +18,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import (
     Freedom,
     LinearModel,
-    best_levels,
+    best_evidence,
     log_evidence,
     log_factors,
     log_volume,
@@ -54,7 +54,7 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
     """Compare all hypotheses of the problem on the fitted model ``base``."""
     fitted = fitted_run(problem, state, base)
     linear = linear_model(problem, state, base)
-    levels, evidence = best_levels(linear, state.levels)
+    levels, evidence = best_evidence(linear, state.levels)
     nothing = Nothing(evidence, levels, base)
     responses = _responses_by_name(problem, fitted)
 
@@ -138,7 +138,7 @@ def _screen(
     chosen = _scale(candidates[best], sizes[size])
     levels, evidence = state.levels, nothing + float(by_size[size, best])
     if by_size[size, best] > thresholds.hopeless:
-        levels, evidence = best_levels(linear, state.levels, chosen.free)
+        levels, evidence = best_evidence(linear, state.levels, chosen.free)
     other_times = _at_other_times(candidates, factors, best, thresholds)
     return Screened(
         hypothesis,
@@ -268,7 +268,7 @@ def weigh_refit(
     """
     there = _fix_places(base, explanation.candidate, fit)
     placed = linear_model(problem, state, there)
-    levels, evidence = best_levels(placed, explanation.levels)
+    levels, evidence = best_evidence(placed, explanation.levels)
     possible = log_possible(explanation.hypothesis, explanation.candidate, there, placed, levels)
     refitted = replace(explanation.with_fit(fit), levels=levels)
     if possible == -np.inf:

@@ -21,7 +21,14 @@ import numpy as np
 
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_posterior, uncertain, whiten_columns
+from sssi_exudyn.fitting.evidence import (
+    Freedom,
+    LinearModel,
+    evidence_over_noise,
+    log_posterior,
+    uncertain,
+    whiten_columns,
+)
 from sssi_exudyn.fitting.linear_fit import linear_values, with_parameters
 from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, FreeFormForce, responses_of
@@ -77,11 +84,15 @@ def force_of_any_form(linear: LinearModel, levels: NoiseLevels, fitted: FittedRu
     cosine, sine = course_of(fitted)
     sizes, directions = np.linalg.eigh(best)
     kept = sizes > _NEGLIGIBLE * sizes[-1]
-    without = log_posterior(linear, levels)
+    free = Freedom(columns @ directions[:, kept], np.sqrt(sizes[kept]))
+    acting = replace(linear, free=linear.free.with_more(free.columns, free.scales))
+    over_noise = evidence_over_noise(acting, levels) - log_posterior(acting, levels)
     return ForceOfAnyForm(
-        log_evidence=without + half_each(*([factor for _, factor in some] for some in gains)),
+        log_evidence=(
+            log_posterior(linear, levels) + half_each(*([factor for _, factor in some] for some in gains)) + over_noise
+        ),
         force=np.stack([along * cosine - across * sine, along * sine + across * cosine, normal]),
-        free=Freedom(columns @ directions[:, kept], np.sqrt(sizes[kept])),
+        free=free,
     )
 
 

@@ -18,7 +18,7 @@ from typing import Protocol
 import numpy as np
 
 from sssi_exudyn.core.errors import SimulationDiverged
-from sssi_exudyn.fitting.evidence import best_levels
+from sssi_exudyn.fitting.evidence import best_evidence
 from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FreeFormForce
@@ -163,7 +163,7 @@ def weigh_about(about: Reestimate, base: Refit, explanation: Nothing | Refitted)
     """
     explanation = replace(explanation, levels=about.state.levels, fit=about.fit)
     if isinstance(explanation, Nothing):
-        levels, evidence = best_levels(linear_model(about.problem, about.state, about.fit), explanation.levels)
+        levels, evidence = best_evidence(linear_model(about.problem, about.state, about.fit), explanation.levels)
         return replace(explanation, log_evidence=evidence, levels=levels)
     by_size = evidence_by_size(about.problem, about.state, base, explanation, about.fit)
     return weigh_refit(about.problem, about.state, base, explanation, about.fit, by_size)

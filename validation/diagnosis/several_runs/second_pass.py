@@ -26,7 +26,7 @@ from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu, slope_to_level
 from sssi_exudyn.core.number_ref import NumberRef
-from sssi_exudyn.fitting.evidence import best_levels
+from sssi_exudyn.fitting.evidence import best_evidence
 from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.parameters import Parameter
@@ -299,7 +299,7 @@ def _weigh_there(
 
 
 def _evidence(about: Reestimate) -> float:
-    return best_levels(linear_model(about.problem, about.state, about.fit), about.state.levels)[1]
+    return best_evidence(linear_model(about.problem, about.state, about.fit), about.state.levels)[1]
 
 
 def _own_there(other: _Run, inside: NDArray[np.bool_]) -> Accepted | None:

@@ -13,9 +13,8 @@ from displaced_fixes import displaced_by
 
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_evidence
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel, best_evidence, evidence_over_noise
 from sssi_exudyn.fitting.linear_fit import linear_values
-from sssi_exudyn.fitting.noise import log_prior
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.model.from_recording import model_of
@@ -122,28 +121,28 @@ def no_parameters(size: int) -> Freedom:
 def test_a_law_that_fits_is_more_probable_than_a_force_of_any_form_and_that_than_a_law_that_does_not(
     fitted: FittedRun, responses: Array, seed: int
 ) -> None:
-    levels, column = fitted.measurements.usual, growing(fitted, responses)
+    column = growing(fitted, responses)
     linear = without_posture(fitted, column + noise(fitted, seed), no_parameters(len(column)))
+    law = Freedom(column[:, None], np.ones(1))
+    levels, right = best_evidence(linear, fitted.measurements.usual, law)
     free_form = force_of_any_form(linear, levels, fitted, responses)
     of_any, free = free_form.log_evidence, with_force(linear, free_form)
-    prior = log_prior(fitted.measurements.usual, levels)
-    right = log_evidence(linear, levels, Freedom(column[:, None], np.ones(1))) + prior
     cells = len(fitted.time_edges) - 1
     across = responses.reshape(len(responses), 3, cells)[:, 1].sum(axis=1)
-    wrong = log_evidence(linear, levels, Freedom(across[:, None], np.full(1, 100.0))) + prior
+    wrong = evidence_over_noise(linear, levels, Freedom(across[:, None], np.full(1, 100.0)))
     assert right > of_any > wrong
     # its most probable form leaves what noise is
-    best = log_evidence(free, levels) + prior
+    best = evidence_over_noise(free, levels)
     assert best >= of_any
     assert right - best < 25.0  # some ten amplitudes are found with it, each of which costs 1 to 3 of evidence
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_where_nothing_acts_a_force_is_less_probable_than_none(fitted: FittedRun, responses: Array, seed: int) -> None:
-    levels, residual = fitted.measurements.usual, noise(fitted, seed)
+    residual = noise(fitted, seed)
     linear = without_posture(fitted, residual, no_parameters(len(residual)))
-    of_any = force_of_any_form(linear, levels, fitted, responses).log_evidence
-    assert of_any < log_evidence(linear, levels) + log_prior(fitted.measurements.usual, levels)
+    levels, without = best_evidence(linear, fitted.measurements.usual)
+    assert force_of_any_form(linear, levels, fitted, responses).log_evidence < without
 
 
 def test_next_to_a_force_along_the_path_friction_is_less_certain(fitted: FittedRun, responses: Array) -> None:
