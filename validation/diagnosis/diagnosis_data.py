@@ -304,6 +304,25 @@ class Chance:
 
 
 @dataclass(frozen=True)
+class Likeness:
+    """What runs of this recording had hidden that were simulated with known causes and look like it.
+
+    runs : simulated;  sentence : the answer in words
+    probabilities : by hypothesis, with "nothing", "not_in_the_list" for causes that no hypothesis describes, and
+        "two_at_once"; the most probable first
+    outside : share of the simulated runs that are farther from the middle of their kind than the recording
+    alike : false where that share is so small that the recording looks like none of them; the probabilities then say
+        nothing
+    """
+
+    runs: int
+    sentence: str
+    probabilities: dict[str, float]
+    outside: float
+    alike: bool
+
+
+@dataclass(frozen=True)
 class Version:
     """What diagnosed: the program's version, and what it held for how probable beforehand.
 
@@ -332,6 +351,7 @@ class Diagnosis:
     paragraph : the diagnosis in a coach's words
     tier : "reduced" where no fit was confirmed by the full model
     chance : how often a search finds as much where nothing is hidden
+    likeness : what simulated runs had hidden that look like the recording before anything was added
 
     Examples
     --------
@@ -360,6 +380,7 @@ class Diagnosis:
     held_out: tuple[HeldOut, ...] = ()
     paragraph: str = ""
     chance: Chance | None = None
+    likeness: Likeness | None = None
 
     def __repr__(self) -> str:
         return f"<Diagnosis {self.recording}: {self.verdict}, {len(self.findings)} findings>"

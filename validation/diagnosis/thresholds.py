@@ -174,6 +174,25 @@ class Thresholds:
         0.05, reason="share of the largest force below which a cell has no form error", on="unknown: before d0ed7fc"
     )
 
+    # Worlds of the recording
+    worlds: int = chosen(
+        10_000, reason="simulated runs that a recording is compared with: some hundreds of each cause", on=_NO_DATA
+    )
+    world_unlisted: float = chosen(
+        4.0,
+        reason="prior weight of causes that are in no list, one cause of the list counting 1: there are many of them",
+        on="linear worlds of the design's prototype",
+    )
+    world_pair: float = chosen(
+        0.3, reason="prior weight of two causes of the list at once, likewise", on="benchmarks/worlds.py, seed 48001"
+    )
+    world_outside: float = chosen(
+        0.01,
+        reason="share of worlds that are farther from the middle of their kind, below which a recording is unlike "
+        "all of them: one run in a hundred is so by chance",
+        on=_NO_DATA,
+    )
+
     # The verdict and its words
     sure: float = chosen(0.8, reason="probability from which a name stands alone", on="unknown: before 8aabea3")
     worth_naming: float = chosen(

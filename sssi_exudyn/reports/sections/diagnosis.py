@@ -31,6 +31,7 @@ from sssi_exudyn.validation.diagnosis.diagnosis_data import (
     ForceByFoot,
     ForceOverTime,
     LatentForce,
+    Likeness,
     Next,
     Noise,
     Number,
@@ -107,6 +108,8 @@ def diagnosis_blocks(diagnosis: Diagnosis) -> tuple[Block, ...]:
         caption = "Probability of every explanation, before anything was added"
         blocks += [Heading(caption), Drawing(caption, lambda axes: draw_probabilities(axes, weighed), 3.2)]
         blocks += [Facts(_hypotheses(weighed) + ([] if diagnosis.chance is None else [_chance(diagnosis.chance)]))]
+    if diagnosis.likeness is not None:
+        blocks += [Heading("What simulated runs had hidden that look like this one"), *_likeness(diagnosis.likeness)]
     if diagnosis.smallest_noticed:
         blocks += [
             Heading("Smallest effects that would have been noticed"),
@@ -215,6 +218,15 @@ def _chance(chance: Chance) -> Row:
         "one of twenty simulated runs"
     )
     return "share of runs that look as conspicuous by chance", f"{chance.as_strong:.1%}", meaning
+
+
+def _likeness(likeness: Likeness) -> list[Block]:
+    """Return the sentence, and how many simulated runs are as unlike their kind."""
+    meaning = "of the simulated runs; below 1 % the recording looks like none of them"
+    return [
+        Text(likeness.sentence),
+        Facts([("runs that are farther from their kind", f"{likeness.outside:.0%}", meaning)]),
+    ]
 
 
 def _friction(averaged: dict[str, Number]) -> list[Row]:

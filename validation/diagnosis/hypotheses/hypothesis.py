@@ -183,6 +183,14 @@ class Hypothesis(ABC):
         """Tell whether a model fitted with it is physically possible."""
         return True
 
+    def draw_amplitudes(self, rng: np.random.Generator, count: int) -> Array:
+        """Draw (count,) amplitudes in usual sizes, of a simulated run that has it; a hypothesis whose amplitudes have a
+        sign says so here.
+        """
+        if count == 1:
+            return np.asarray(rng.choice([-1.0, 1.0], 1) * rng.uniform(0.5, 1.2))
+        return np.asarray(rng.standard_normal(count))
+
     def sides(self, fitted: FittedRun) -> tuple[float, ...]:
         """Return where else a refit begins than at the candidate, in usual sizes from it."""
         return (-0.5, 0.5) if self.moves_all else ()

@@ -35,6 +35,7 @@ from sssi_exudyn.validation.diagnosis.diagnosis_data import (
     FrictionChange,
     HeldOut,
     LatentForce,
+    Likeness,
     Next,
     Noise,
     Number,
@@ -72,9 +73,11 @@ from sssi_exudyn.validation.diagnosis.search.physical_limits import POSSIBLE_SEE
 from sssi_exudyn.validation.diagnosis.search.search_result import Accepted, Figures
 from sssi_exudyn.validation.diagnosis.state import State
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
+from sssi_exudyn.validation.diagnosis.wording.likeness import likeness_sentence
 from sssi_exudyn.validation.diagnosis.wording.next_measurement import next_measurements
 from sssi_exudyn.validation.diagnosis.wording.paragraph import paragraph_of
 from sssi_exudyn.validation.diagnosis.wording.sentence import sentence_of
+from sssi_exudyn.validation.diagnosis.worlds.judge import WORLD_SEED, among_worlds
 
 _PATH_POINTS: Final = 4
 """Points of the path in each cell of the missing force."""
@@ -147,8 +150,18 @@ def describe(
         chance=search_by_chance(
             rounds[0].linear, rounds[0].nothing.levels, rounds[0].fitted, problem.hypotheses, rounds[0].responses
         ),
+        likeness=_likeness(problem, rounds[0]),
     )
     return diagnosis, tuple(figures)
+
+
+def _likeness(problem: DiagnosisProblem, first: Round) -> Likeness:
+    """Return what simulated runs had hidden that look like the recording before anything was added."""
+    problem.progress(None, f"{problem.thresholds.worlds:,} simulated runs with known causes")
+    judged = among_worlds(first, problem.hypotheses, 0.0 if problem.ground is None else problem.ground.amplitude)
+    sentence = likeness_sentence(judged, problem.thresholds)
+    alike = judged.outside >= problem.thresholds.world_outside
+    return Likeness(judged.runs, sentence, judged.probabilities, judged.outside, alike)
 
 
 def _next(last: Round, accepted: Sequence[Accepted], levels: NoiseLevels) -> tuple[Next, ...]:
@@ -376,7 +389,7 @@ def _way(fitted: FittedRun) -> Way:
 
 def _version(hypotheses: Sequence[Hypothesis], thresholds: Thresholds) -> Version:
     priors = {hypothesis.name: hypothesis.weight for hypothesis in hypotheses}
-    seeds = {"chance": CHANCE_SEED, "placebos": PLACEBO_SEED, "possible": POSSIBLE_SEED}
+    seeds = {"chance": CHANCE_SEED, "placebos": PLACEBO_SEED, "possible": POSSIBLE_SEED, "worlds": WORLD_SEED}
     return Version(versions()["sssi_exudyn"], {NOTHING_MISSING: thresholds.nothing, **priors}, source_digest(), seeds)
 
 

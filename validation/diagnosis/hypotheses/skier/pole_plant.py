@@ -59,6 +59,11 @@ class PolePlants(Hypothesis):
             candidates.append(Candidate(model, Freedom(of_all[:, k], np.full(2, self._USUAL)), names))
         return candidates
 
+    def draw_amplitudes(self, rng: np.random.Generator, count: int) -> Array:
+        """Draw amplitudes of poles, which push away from the snow and never pull."""
+        forward, up = rng.standard_normal(2)
+        return np.array([forward, abs(up)])
+
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:
         return None
 

@@ -1,0 +1,165 @@
+"""What a run looks like: some hundred numbers, mostly log evidence of causes, which a classifier reads.
+
+Evidence is by likelihood alone, without temper, with places and sizes integrated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.evidence import Uncertain, log_factors, whiten_columns
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate
+from sssi_exudyn.validation.diagnosis.search.missing_force import DIRECTIONS, latent_covariance
+from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
+from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry
+
+_AT_ONCE: Final = 1000
+"""Worlds of which features are computed together: a few hundred megabytes."""
+_FORMS: Final = (0.25, 0.5)
+"""Shares of its force by which a law's form may be wrong, each a feature next to that of the exact form."""
+_FORM_MEMORY: Final = 1.0
+_FORM_MODES: Final = 6
+"""s for which that error stays the same, and modes of it that count."""
+_MOST_BENT: Final = 60
+"""Places of a law at most that have a wrong form, evenly of all."""
+_FOOT_MEMORIES: Final = (0.3, 2.0)
+"""s; memories of a force on a foot."""
+
+
+@dataclass(frozen=True)
+class _Family:
+    """One feature that is evidence.  It is of candidates of ``width`` amplitudes each, with ``gram`` (c, w, w), or of
+    forces of any form, with ``gains`` (k, p, p) and ``volumes`` (k,).  ``columns`` (N, p) are in units of noise.
+    """
+
+    name: str
+    columns: Array
+    gram: Array | None = None
+    gains: tuple[Array, ...] = ()
+    volumes: tuple[float, ...] = ()
+
+
+class Features:
+    """The features of runs with one geometry."""
+
+    def __init__(self, geometry: Geometry, known: Uncertain, thresholds: Thresholds) -> None:
+        self._sizes = thresholds.sizes
+        self._blocks = geometry.linear.measurements.blocks
+        self._families = [*_laws(geometry, known), *_forms(geometry, known, thresholds)]
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the features, as ``__call__`` gives them."""
+        evidence = [family.name for family in self._families]
+        return [*evidence, *(f"behind {name}" for name in evidence), "most", "second", *(f"χ² {b}" for b in self._seen)]
+
+    @property
+    def _seen(self) -> list[str]:
+        return [name for name, place in self._blocks.items() if place.stop > place.start]
+
+    def evidence(self, rest: Array) -> dict[str, Array]:
+        """Return log evidence (D,) over nothing of each cause and form, by name, from ``rest`` (N, D) as worlds have
+        it.
+        """
+        return dict(zip((f.name for f in self._families), self._all(rest), strict=True))
+
+    def __call__(self, rest: Array) -> Array:
+        """Return (D, features) of runs whose measurements are ``rest`` (N, D), as worlds have them."""
+        evidence = self._all(rest)
+        best = np.maximum(np.sort(evidence, axis=0)[-2:], 0.0)
+        behind = evidence - best[-1]
+        squares = [np.mean(rest[self._blocks[name]] ** 2, axis=0) for name in self._seen]
+        table = [
+            np.clip(evidence / 10.0, -1.0, 6.0),
+            np.clip(behind / 12.0, -2.0, 0.0),
+            np.log1p(best[::-1]),
+            np.log(np.maximum(squares, 1e-9)),
+        ]
+        return np.vstack(table).T
+
+    def _all(self, rest: Array) -> Array:
+        parts = [
+            np.stack([self._of(family, rest[:, first : first + _AT_ONCE]) for family in self._families])
+            for first in range(0, rest.shape[1], _AT_ONCE)
+        ]
+        return np.concatenate(parts, axis=1)
+
+    def _of(self, family: _Family, rest: Array) -> Array:
+        pull = family.columns.T @ rest
+        if family.gram is not None:
+            count, width = family.gram.shape[:2]
+            factors = log_factors(family.gram, pull.reshape(count, width, -1), self._sizes)
+            return np.asarray(np.logaddexp.reduce(factors, axis=(0, 1)) - np.log(len(self._sizes) * count))
+        logs = [
+            0.5 * np.sum(pull * (gain @ pull), axis=0) - volume
+            for gain, volume in zip(family.gains, family.volumes, strict=True)
+        ]
+        return np.asarray(np.logaddexp.reduce(logs, axis=0) - np.log(len(logs)))
+
+
+def _laws(geometry: Geometry, known: Uncertain) -> list[_Family]:
+    """Return the evidence of each hypothesis, over all its candidates."""
+    families = []
+    for name, candidates in geometry.candidates.items():
+        columns = np.hstack([candidate.free.columns * candidate.free.scales for candidate in candidates])
+        white = whiten_columns(geometry.linear, geometry.levels, columns)
+        shape = len(white), len(candidates), -1
+        left = known.remove_from(white)
+        gram = np.einsum("nci,ncj->cij", white.reshape(shape), left.reshape(shape))
+        families.append(_Family(name, white, gram))
+        if geometry.kinds[name] == "physics":
+            families += _bent(geometry, known, name, candidates)
+    return families
+
+
+def _bent(geometry: Geometry, known: Uncertain, name: str, candidates: Sequence[Candidate]) -> list[_Family]:
+    """Return the evidence of a hypothesis whose law has nearly its form: each amplitude brings modes of the error."""
+    some = candidates[:: -(-len(candidates) // _MOST_BENT)]
+    exact = np.hstack([candidate.free.columns * candidate.free.scales for candidate in some])
+    apart = np.abs(geometry.middles[:, None] - geometry.middles)
+    sizes, axes = np.linalg.eigh(np.exp(-apart / _FORM_MEMORY))
+    modes = (axes * np.sqrt(sizes))[:, : -_FORM_MODES - 1 : -1]
+    force = (geometry.following @ exact).reshape(*geometry.shape, -1)
+    changes = np.einsum("dca,cm->dcam", force, modes).reshape(force.shape[0] * force.shape[1], -1)
+    by_mode = (geometry.by_body @ changes).reshape(*exact.shape, -1)
+    families = []
+    for share in _FORMS:
+        columns = np.concatenate([exact[:, :, None], share * by_mode], axis=2).reshape(len(exact), -1)
+        white = whiten_columns(geometry.linear, geometry.levels, columns)
+        shape = len(white), len(some), -1
+        gram = np.einsum("nci,ncj->cij", white.reshape(shape), known.remove_from(white).reshape(shape))
+        families.append(_Family(f"{name} bent {share:g}", white, gram))
+    return families
+
+
+def _forms(geometry: Geometry, known: Uncertain, thresholds: Thresholds) -> list[_Family]:
+    """Return the evidence of a force of any form: on the body by direction and memory, on each foot by memory."""
+    sizes, middles = thresholds.force_sizes, geometry.middles
+    ways = {"any": np.ones(3), **dict(zip(DIRECTIONS, np.eye(3), strict=True))}
+    families = []
+
+    def add(name: str, columns: Array, ways: Array, memory: float) -> None:
+        kept = np.repeat(ways, len(middles)) > 0.0
+        white = whiten_columns(geometry.linear, geometry.levels, columns[:, kept])
+        gram = white.T @ known.remove_from(white)
+        gains, volumes = [], []
+        for size in sizes:
+            prior = latent_covariance(middles, size, memory)[np.ix_(kept, kept)]
+            inner = np.eye(len(prior)) + prior @ gram
+            gains.append(np.linalg.solve(inner, prior))
+            volumes.append(0.5 * float(np.linalg.slogdet(inner)[1]))
+        families.append(_Family(name, white, None, tuple(gains), tuple(volumes)))
+
+    for memory in thresholds.force_memories:
+        for name, way in ways.items():
+            add(f"{name} {memory:g} s", geometry.by_body, way, memory)
+    if len(geometry.linear.measurements.windows):
+        for foot, side in enumerate(("left", "right")):
+            for memory in _FOOT_MEMORIES:
+                add(f"{side} foot {memory:g} s", geometry.by_foot[foot], np.array([1.0, 1.0, 0.0]), memory)
+    return families

@@ -1,0 +1,113 @@
+"""A recording's run as worlds are made of it: what forces and laws do to its measurements, all linear about one fit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.evidence import LinearModel, whiten_columns
+from sssi_exudyn.fitting.noise import NoiseLevels
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Kind
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, Hypothesis
+from sssi_exudyn.validation.diagnosis.search.missing_force import (
+    along_course,
+    carried_by_soles,
+    course_of,
+    latent_covariance,
+)
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """What worlds of a run are made of.
+
+    linear, levels : the run linearised about its fit, and the noise that its measurements are weighed by
+    candidates, kinds : of each hypothesis by its name, without those that no instrument shows
+    edges : (c + 1,) s of the cells of time
+    by_body : (N, 3·c) what a newton at the centre of mass does, along, across and normal to the skis, in each cell
+    by_foot : (2, N, 3·c) the same of a newton on the left or the right foot
+    following : (3·c, N) the force that does nearly what moves the measurements so
+    speed, place : (c,) m/s and m down the fall line;  load : (2, c) N on each foot
+    waves : m, usual height of the slope's own waves; 0 on a plane
+    """
+
+    linear: LinearModel
+    levels: NoiseLevels
+    candidates: Mapping[str, Sequence[Candidate]]
+    kinds: Mapping[str, Kind]
+    edges: Array
+    by_body: Array
+    by_foot: Array
+    following: Array
+    speed: Array
+    place: Array
+    load: Array
+    waves: float = 0.0
+
+    @property
+    def middles(self) -> Array:
+        """(c,) s of the cells."""
+        return np.asarray(0.5 * (self.edges[1:] + self.edges[:-1]))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Return how a force in cells is shaped: three directions, c cells."""
+        return 3, len(self.edges) - 1
+
+    def on_body(self, force: Array) -> Array:
+        """Return (N,) what a ``force`` (3, c) N at the centre of mass does."""
+        return np.asarray(self.by_body @ force.ravel())
+
+    def on_foot(self, force: Array, foot: int) -> Array:
+        """Return (N,) what a ``force`` (3, c) N on a foot does, 0 the left one."""
+        return np.asarray(self.by_foot[foot] @ force.ravel())
+
+    def bent(self, moved: Array, share: Array) -> Array:
+        """Return what ``moved`` (N,) becomes where its force differs by a ``share`` (c,) of itself in each cell."""
+        force = (self.following @ moved).reshape(self.shape)
+        return np.asarray(moved + self.on_body(force * share))
+
+
+def geometry_of(
+    linear: LinearModel,
+    levels: NoiseLevels,
+    fitted: FittedRun,
+    hypotheses: Sequence[Hypothesis],
+    responses: Mapping[str, Array],
+    waves: float = 0.0,
+) -> Geometry:
+    """Return the geometry of a run; ``responses`` (N, probes) are those of every hypothesis by its name."""
+    edges, by_force = fitted.time_edges, responses[LATENT_FORCE.name]
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    by_body, course = along_course(fitted, by_force), course_of(fitted)
+    carried = np.zeros((2, *by_body.shape))
+    if len(fitted.measurements.windows):
+        carried = carried_by_soles(fitted, course)
+    thresholds, run = fitted.thresholds, fitted.run
+    prior = latent_covariance(middles, thresholds.form_size, thresholds.form_memory)
+    white = whiten_columns(linear, levels, by_body)
+    weighed = whiten_columns(linear, levels, np.eye(len(by_body)))
+    following = np.linalg.solve(np.eye(len(prior)) + prior @ (white.T @ white), prior @ (white.T @ weighed))
+
+    def in_cells(values: Array) -> Array:
+        return np.asarray(np.interp(middles, run.time, values))
+
+    proposed = {hypothesis.name: hypothesis.candidates(fitted, responses[hypothesis.name]) for hypothesis in hypotheses}
+    return Geometry(
+        linear=linear,
+        levels=levels,
+        candidates={name: some for name, some in proposed.items() if some},
+        kinds={hypothesis.name: hypothesis.kind for hypothesis in hypotheses},
+        edges=edges,
+        by_body=by_body,
+        by_foot=by_body + carried,
+        following=following,
+        speed=in_cells(np.linalg.norm(run.com_velocity, axis=1)),
+        place=in_cells(np.maximum.accumulate(run.foot_position[..., 0].mean(axis=1))),
+        load=np.stack([in_cells(run.sole_force[:, foot]) for foot in (0, 1)]),
+        waves=waves,
+    )

@@ -1,0 +1,1 @@
+"""Causes that no hypothesis of the list describes, one family a file."""
