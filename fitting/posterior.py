@@ -182,7 +182,8 @@ def find_posterior(
     seen = setting.seen
     if seen.times["moment_f"].size > 0 and not is_carved(point.model.terms):  # no onset of friction where edges cut
         seen = seen.with_slip_noise(point.model, simulate_reduced(point.model, point.prepared))
-    setting, levels = replace(setting, seen=seen), seen.usual
+    levels: NoiseLevels = seen.usual
+    setting = replace(setting, seen=seen)
     linearised, moved, kept = point.sizes, np.inf, True
     for rounds in range(1, ROUNDS + 1):
         if rounds > 1:

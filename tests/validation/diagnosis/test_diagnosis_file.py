@@ -81,6 +81,8 @@ def test_the_section_shows_what_the_file_holds(tmp_path: Path) -> None:
     assert "log evidence +10.0 against nothing; refitted" in section
     assert "not possible" in section
     assert "0.2%" in section  # of runs with nothing hidden that show as much
+    assert "Runs that look like it had: a gust 83%." in section
+    assert "37%" in section  # of simulated runs that are as unlike their kind
     assert "after with snow patch in the model; shaded while it acts" in section
 
 

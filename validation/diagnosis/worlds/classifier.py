@@ -56,7 +56,7 @@ class Classifier:
 
     def probabilities(self, features: Array) -> Array:
         """Return (D, k) probabilities of the answers, from features (D, m)."""
-        return np.exp(self.log_probabilities(features))
+        return np.asarray(np.exp(self.log_probabilities(features)))
 
     def outside(self, features: Array) -> Array:
         """Return (D,) the share of worlds that are farther from the middle of their answer's worlds."""
@@ -67,7 +67,7 @@ class Classifier:
     def _logits(self, features: Array) -> Array:
         scaled = self.scaler.transform(features)
         with threadpool_limits(1):
-            return np.mean([network.predict_log_proba(scaled) for network in self.networks], axis=0)
+            return np.asarray(np.mean([network.predict_log_proba(scaled) for network in self.networks], axis=0))
 
 
 def learn(features: Array, labels: NDArray[np.int_], priors: Array, seed: int) -> Classifier:

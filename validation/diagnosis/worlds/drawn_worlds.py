@@ -43,7 +43,7 @@ def draw_worlds(
     counts = [max(1, round(answer.share * count)) for answer in answers]
     labels = np.repeat(np.arange(len(answers)), counts)
     moved = np.empty((len(geometry.linear.residual), len(labels)))
-    for k, label in enumerate(labels):
+    for k, label in enumerate(labels.tolist()):
         families = answers[label].families
         moved[:, k] = families[k % len(families)].draw(rng, geometry)
     return observe(geometry, known, labels, moved, rng)

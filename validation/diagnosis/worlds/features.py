@@ -151,7 +151,7 @@ def _forms(geometry: Geometry, known: Uncertain, thresholds: Thresholds) -> list
         for size in sizes:
             prior = latent_covariance(middles, size, memory)[np.ix_(kept, kept)]
             inner = np.eye(len(prior)) + prior @ gram
-            gains.append(np.linalg.solve(inner, prior))
+            gains.append(np.asarray(np.linalg.solve(inner, prior), dtype=np.float64))
             volumes.append(0.5 * float(np.linalg.slogdet(inner)[1]))
         families.append(_Family(name, white, None, tuple(gains), tuple(volumes)))
 

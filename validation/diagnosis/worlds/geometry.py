@@ -105,7 +105,7 @@ def geometry_of(
         edges=edges,
         by_body=by_body,
         by_foot=by_body + carried,
-        following=following,
+        following=np.asarray(following, dtype=np.float64),
         speed=in_cells(np.linalg.norm(run.com_velocity, axis=1)),
         place=in_cells(np.maximum.accumulate(run.foot_position[..., 0].mean(axis=1))),
         load=np.stack([in_cells(run.sole_force[:, foot]) for foot in (0, 1)]),

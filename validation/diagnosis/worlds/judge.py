@@ -22,6 +22,10 @@ WORLD_SEED: Final = 4
 """Of the drawn worlds, and of what the classifier begins with."""
 
 
+_AT_ONCE: Final = 2000
+"""Worlds whose measurements are held together: those of a minute are a hundred megabytes."""
+
+
 @dataclass(frozen=True)
 class Judgement:
     """What runs that look like a recording had hidden.
@@ -56,11 +60,16 @@ def train(
     """Draw worlds of a run and learn what they look like."""
     thresholds, known = fitted.thresholds, known_of(geometry)
     answers = answers_of(geometry, hypotheses, thresholds, unlisted)
-    worlds = draw_worlds(geometry, known, answers, thresholds.worlds, np.random.default_rng(seed))
-    features = Features(geometry, known, thresholds)
-    priors = np.array([answer.prior for answer in answers])
-    classifier = learn(features(worlds.rest), worlds.labels, priors, seed)
-    return TrainedWorlds(tuple(answer.name for answer in answers), features, classifier, len(worlds.labels))
+    features, rng = Features(geometry, known, thresholds), np.random.default_rng(seed)
+    tables, labels = [], []
+    for first in range(0, thresholds.worlds, _AT_ONCE):
+        count = min(_AT_ONCE, thresholds.worlds - first)
+        worlds = draw_worlds(geometry, known, answers, count, rng)
+        tables.append(features(worlds.rest))
+        labels.append(worlds.labels)
+    priors, every = np.array([answer.prior for answer in answers]), np.concatenate(labels)
+    classifier = learn(np.concatenate(tables), every, priors, seed)
+    return TrainedWorlds(tuple(answer.name for answer in answers), features, classifier, len(every))
 
 
 def judge(trained: TrainedWorlds, geometry: Geometry) -> Judgement:

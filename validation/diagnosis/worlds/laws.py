@@ -96,4 +96,4 @@ class TwoAtOnce(WorldFamily):
 
     def draw(self, rng: np.random.Generator, geometry: Geometry) -> Array:
         one, other = rng.choice(len(self.families), 2, replace=False)
-        return self.families[one].draw(rng, geometry) + self.families[other].draw(rng, geometry)
+        return np.asarray(self.families[one].draw(rng, geometry) + self.families[other].draw(rng, geometry))

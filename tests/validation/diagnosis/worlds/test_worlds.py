@@ -194,7 +194,7 @@ def test_the_sentence_lists_what_is_worth_naming_or_says_that_nothing_is_alike()
     words = likeness_sentence(Judgement(10_000, probabilities, 0.4), THRESHOLDS)
     assert words == (
         "Of 10,000 simulated runs of this recording with known causes, those that look like it had: "
-        "a stretch of other snow 83%, a gust 9%, something that is not in the list 7%."
+        "a stretch of other snow 83%, a gust of wind 9%, something that is not in the list 7%."
     )
     unlike = likeness_sentence(Judgement(10_000, probabilities, 0.001), THRESHOLDS)
     assert unlike.startswith("This recording looks like none of 10,000 simulated runs")

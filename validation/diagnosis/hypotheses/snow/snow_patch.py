@@ -72,7 +72,7 @@ class PatchOfSnow(Hypothesis):
 
     def draw_amplitudes(self, rng: np.random.Generator, count: int) -> Array:
         """Draw amplitudes; half of all patches change the resistance to gliding alone."""
-        return rng.standard_normal(count) * np.array([1.0, float(rng.integers(2))])
+        return np.asarray(rng.standard_normal(count) * np.array([1.0, float(rng.integers(2))]))
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float]:
         return fitted.time_at(numbers["f0"].value), fitted.time_at(numbers["f1"].value)
