@@ -57,7 +57,7 @@ class JudgingRun:
 
 def is_estimated(recording: Recording, method: Method) -> bool:
     """Return whether a fit by that method estimates all that is uncertain, and not friction, start and heading alone.
-    The paper's does not, nor one of a posture that is mostly assumed, whose errors are far from small.
+    The paper's does not, nor one of few sensors, whose posture is mostly assumed: ``few_sensors_fit`` is theirs.
     """
     return method == "joint" and recording.completed is None
 

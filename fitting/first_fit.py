@@ -72,7 +72,7 @@ _MEMORY = 1.0 / 6.0
 fitted.  A smooth misfit is most likely under noise without an end, of any size, under which a track says nothing."""
 _COUNTING = 0.5
 """A fix that counts less says nothing of the noise of the others."""
-_UNSTEERED = Prior(0.7, 0.15)
+UNSTEERED = Prior(0.7, 0.15)
 """Friction across skis of unknown heading, so that no slip shows it: between the published 0.55 and 0.9."""
 
 
@@ -148,7 +148,7 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
         HEADING_OFFSET: Prior(known.heading_offset, recording.heading.sigma),
     }
     if recording.completed is not None and not recording.completed.steered:
-        priors[MU_N] = _UNSTEERED
+        priors[MU_N] = UNSTEERED
     modes = surface_priors(model)
     priors |= modes
     noise = replace(_FIRST_NOISE, sigma=float(np.clip(sigma, _FIRST_NOISE.sigma, _COARSE_NOISE)))
@@ -202,7 +202,7 @@ def fit(
             again = replace(problem, model=problem.model_at(reduced.values))
             reduced = _cached_search(cache, motion, again, prepared, progress, 10.0 * enough)
             residual, _ = _reduced(problem, prepared, reduced.values)
-        problem = problem.with_noise(_noise(problem, residual))
+        problem = problem.with_noise(noise_of(problem, residual))
         again = replace(problem, model=problem.model_at(reduced.values))
         reduced = _cached_search(cache, motion, again, prepared, progress, enough)
     _, sensitivity = _reduced(problem, prepared, reduced.values)
@@ -226,7 +226,7 @@ def fit(
         residual = run(optimum.values)
     else:
         residual, _ = _reduced(problem, prepared, optimum.values)
-    noise = _noise(problem, residual)
+    noise = noise_of(problem, residual)
     return Fitted(
         method=method,
         model=problem.model_at(optimum.values),
@@ -242,7 +242,7 @@ def fit(
     )
 
 
-def _noise(problem: Problem, residual: Array) -> ExponentialNoise:
+def noise_of(problem: Problem, residual: Array) -> ExponentialNoise:
     """Return the noise of a residual (n, 2) m, from the fixes that count."""
     kept, time = problem.counts > _COUNTING, problem.track.time
     longest = _MEMORY * float(time[-1] - time[0]) if problem.priors else np.inf

@@ -11,7 +11,7 @@ _SECONDS: Final = {
     "simulate": 0.3,
     "simulate carving": 5.0,
     "fit": 5.0,
-    "fit few sensors": 10.0,
+    "fit few sensors": 0.2,
     "fit carving": 80.0,
     "diagnose": 16.0,
     "diagnose reduced": 11.0,
@@ -23,7 +23,5 @@ _COMPILING: Final = 90.0
 
 def expected_seconds(command: str, motion: Motion) -> float:
     """Return roughly how many seconds a stage of a command takes."""
-    if command == "fit" and motion.foot_sigma is not None:
-        command = "fit few sensors"
     computing = _SECONDS[command] * (motion.stop - motion.start)
     return computing + (0.0 if any(cache_folder().glob("__pycache__/*.nbc")) else _COMPILING)

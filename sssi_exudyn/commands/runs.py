@@ -29,6 +29,7 @@ from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.core.new_files import check_no_link
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
+from sssi_exudyn.fitting.few_sensors_fit import fit_few_sensors
 from sssi_exudyn.fitting.first_fit import Fitted, problem_of
 from sssi_exudyn.fitting.first_fit import fit as fit_problem
 from sssi_exudyn.fitting.misfit import why_missed
@@ -38,7 +39,7 @@ from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.io.writing import check_file_name, clear_errors, folder_lock, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.heading import check_heading
-from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.model import PRESETS, Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.motion.from_recording import round_trip_table
 from sssi_exudyn.motion.motion import Motion
@@ -80,7 +81,6 @@ from sssi_exudyn.sweeps.sweep import render_folder as render_sweep_folder
 from sssi_exudyn.terrain.profile import surface_figures
 from sssi_exudyn.validation.agreement import judge_loads, judge_track
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
-from sssi_exudyn.validation.posture_uncertainty import second_half, shares_of
 
 CACHE: Final = "cache"
 """Folder within a result that keeps what an interrupted command has computed."""
@@ -209,10 +209,12 @@ def fit_recording(work: Work, chosen: ChosenModel, *, method: Method, parameters
     model, carved = chosen.model, is_carved(chosen.model.terms)
     if carved:
         _check_cutting(recording, method)
+    if recording.completed is not None:
+        return _fit_few_sensors(work, chosen, method, parameters)
     if method == "joint" and not chosen.given:
         model = on_snow_surface(model, recording, motion)
     problem = seek_too(problem_of(recording, motion, model, method), parameters)
-    posture, predicted, uncertainty, draws, missed = None, None, None, None, ""
+    uncertainty, draws, missed = None, None, ""
     cache = cache_in(work.out)
     with work.progress.stage("fit", expected_seconds("fit carving" if carved else "fit", motion)) as stage:
         if is_estimated(recording, method):
@@ -222,24 +224,45 @@ def fit_recording(work: Work, chosen: ChosenModel, *, method: Method, parameters
         else:
             fitted = fit_problem(problem, motion, method, cache=cache, progress=stage.advance)
             missed = why_missed(fitted, recording)
-    if recording.completed is not None:
-        with work.progress.stage("posture"):
-            shares = shares_of(fitted, problem, motion, recording.completed, recording.slope.sigma_inclination)
-            half = second_half(fitted, problem, motion, recording.gps)
-            posture = posture_figures(recording.completed, fitted.names, shares, half)
-            predicted = second_half_table(half)
-            fitted = replace(fitted, covariance=shares.covariance)
-            posture = posture.without_errors() if missed else posture
     settings: dict[str, Any] = {"command": "fit", "method": method, **work.settings}
     if parameters:
         settings["parameters"] = list(parameters)
     outcome = Outcome(
-        {**settings, **chosen.settings}, fit_figures(fitted), posture, predicted, uncertainty, draws, missed=missed
+        {**settings, **chosen.settings}, fit_figures(fitted), uncertainty=uncertainty, draws=draws, missed=missed
     )
     made = _simulate_into(work, replace(fitted.model, heading=chosen.model.heading), outcome)
     if cache is not None:
         cache.remove()
     return made
+
+
+def _fit_few_sensors(work: Work, chosen: ChosenModel, method: Method, parameters: Sequence[str]) -> Made:
+    """Fit a recording of few sensors, and simulate with what they show.
+
+    Heights of a receiver alone show no more of the slope than its plane.  Raises InputError for what few sensors do not
+    show.
+    """
+    recording, motion = work.recording, work.motion
+    assert recording.completed is not None
+    assert recording.gps is not None
+    if method != "joint":
+        raise InputError("--method", method, "it searches for what few sensors do not show", "leave it out")
+    if parameters:
+        problem = "few sensors show effective friction alone"
+        raise InputError("--parameters", ", ".join(parameters), problem, "leave it out")
+    model = chosen.model
+    if not chosen.given:
+        model = replace(model, solver=PRESETS["fast"])
+        if recording.gps.barometric or recording.elevations is not None or recording.runs:
+            model = on_snow_surface(model, recording, motion)
+    with work.progress.stage("fit", expected_seconds("fit few sensors", motion)) as stage:
+        fit = fit_few_sensors(recording, motion, model, method, stage.advance)
+    missed = why_missed(fit.fitted, recording)
+    posture = posture_figures(recording.completed, fit)
+    posture = posture.without_errors() if missed else posture
+    settings = {"command": "fit", "method": method, **work.settings, **chosen.settings}
+    outcome = Outcome(settings, fit_figures(fit.fitted), posture, second_half_table(fit), missed=missed)
+    return _simulate_into(work, replace(fit.fitted.model, heading=chosen.model.heading), outcome)
 
 
 def _check_cutting(recording: Recording, method: Method) -> None:

@@ -51,6 +51,16 @@ def of_posture(section: Callable[[Runs], Section]) -> Callable[[Runs], Section]:
     return marked
 
 
+def of_capture(section: Callable[[Runs], Section]) -> Callable[[Runs], Section]:
+    """Return a section about the runs whose posture was captured: curves of an assumed one would look measured."""
+
+    def captured(runs: Runs) -> Section:
+        known = [run for run in runs if run.summary.posture is None]
+        return section(known) if known else Section("", ())
+
+    return captured
+
+
 SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
     limits.limits,
     diagnosis.diagnosis,
@@ -61,11 +71,11 @@ SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
     carving.carving,
     uncertainty,
     figure_4,
-    of_posture(figure_5),
+    of_capture(figure_5),
     of_posture(figure_6),
     snow_surface,
-    of_posture(figure_7),
-    of_posture(figure_8),
+    of_capture(figure_7),
+    of_capture(figure_8),
     of_posture(turn_tables.turns),
     of_posture(turn_tables.each_turn),
     losses.losses,

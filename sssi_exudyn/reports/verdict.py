@@ -18,7 +18,7 @@ SYMBOLS: Final[dict[Level, str]] = {"good": "✓", "care": "!", "bad": "✗"}
 """A light's word and symbol: colour alone would tell nothing to one reader in twelve, and nothing in print."""
 _ORDER: Final[tuple[Level, ...]] = ("good", "care", "bad")
 _UNPREDICTED: Final = 2.0
-"""Times the error of a constant speed from which a fit's prediction says nothing of friction; chosen."""
+"""Times the error of a constant speed from which a prediction is not to be trusted at all; chosen."""
 LEAST_CLOSURE: Final = 1.0
 """% of the turnover; a gap in the energy balance of that size changes μ_t by as much as its standard error or less."""
 
@@ -155,7 +155,7 @@ def _speed_is_not_predicted(summary: Summary) -> Verdict | None:
     unknown = predicted > _UNPREDICTED * constant
     reason = (
         f"It misses the second half by {predicted:.1f} m/s; the first half's mean speed misses it by {constant:.1f}"
-        f"{', so this recording does not identify friction' if unknown else ''}."
+        ", so this recording does not identify friction."
     )
     return Verdict("bad" if unknown else "care", "The predicted speed", reason)
 

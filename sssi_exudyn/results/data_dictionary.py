@@ -266,6 +266,10 @@ def _of_measured() -> Iterator[Column]:
     yield _column(SECOND_HALF, "time_s", "", "time on the recording's clock")
     yield _column(SECOND_HALF, "measured_mps", "", "measured speed over ground")
     yield _column(SECOND_HALF, "predicted_mps", "", "speed predicted from the first half of the fixes")
+    yield _column(SECOND_HALF, "estimated_mps", "", "speed over ground estimated from all fixes")
+    yield _column(SECOND_HALF, "height_m", "up", "estimated height of the snow, from the first fix")
+    yield _column(SECOND_HALF, "slope_deg", "", "estimated slope of the snow along the path, downhill positive")
+    yield _column(SECOND_HALF, "effective_friction", "", "work of the snow's friction over the path of the load")
 
 
 def _of_turns() -> Iterator[Column]:

@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 import pandas as pd
 
-from sssi_exudyn.core.number_ref import MU_T, NumberRef
+from sssi_exudyn.fitting.few_sensors_fit import FewSensorsFit
 from sssi_exudyn.recording.few_sensors.complete import Completed
-from sssi_exudyn.results.summary import Estimate, FrictionShares, Posture, PostureSigma, Prediction
-from sssi_exudyn.validation.posture_uncertainty import SecondHalf, Shares
+from sssi_exudyn.results.summary import Estimate, FrictionShares, Interval, Posture, PostureSigma, Prediction
+
+_IN_90: Final = 1.645
+"""Standard deviations on either side of the mean that hold 90 % of a normal distribution."""
 
 
-def posture_figures(completed: Completed, names: tuple[NumberRef, ...], shares: Shares, half: SecondHalf) -> Posture:
-    """Return the ``posture`` group of a summary.
-
-    names : (k,) the fitted numbers, in the order of the shares
-    """
-    sigma, lag = completed.sigma, completed.lag
-    index = names.index(MU_T)
-    track, posture, slope, steering = (
-        float(share[index]) for share in (shares.track, shares.posture, shares.slope, shares.steering)
-    )
+def posture_figures(completed: Completed, fit: FewSensorsFit) -> Posture:
+    """Return the ``posture`` group of a summary."""
+    sigma, lag, path, half = completed.sigma, completed.lag, fit.path, fit.half
+    wide = _IN_90 * path.effective_sigma
     return Posture(
         measured=tuple(completed.measured),
         assumed=tuple(completed.assumed),
@@ -32,13 +30,30 @@ def posture_figures(completed: Completed, names: tuple[NumberRef, ...], shares: 
         ),
         gps_lag_s=None if lag is None else Estimate(lag.value, lag.sigma),
         unbalanced_rms_m=float(np.sqrt(np.mean(completed.unbalanced**2))),
-        mu_t_se=FrictionShares(track, posture, slope, steering),
+        mu_t_se=FrictionShares(path.track, path.air, path.heights, fit.steering),
         # steering exchanges friction along the ski for friction across it, and leaves their sum
-        effective_friction=Estimate(shares.effective, float(np.linalg.norm([track, posture, slope]))),
+        effective_friction=Estimate(path.effective, path.effective_sigma),
         second_half=Prediction(half.mu_t, half.speed_rms, half.usual_rms, half.split),
+        effective_friction_90=Interval(path.effective - wide, path.effective + wide),
+        effective_friction_of_run=fit.confirmed,
+        speed_return_1_s=Estimate(path.holding, path.holding_sigma),
     )
 
 
-def second_half_table(half: SecondHalf) -> pd.DataFrame:
-    """Return the speed over ground, measured and predicted from the first half: one row a fix."""
-    return pd.DataFrame({"time_s": half.time, "measured_mps": half.measured, "predicted_mps": half.predicted})
+def second_half_table(fit: FewSensorsFit) -> pd.DataFrame:
+    """Return one row a fix: speed over ground, measured, predicted from the first half and estimated from the whole
+    run, with the height of the snow, its slope along the path, and friction.
+    """
+    half, path = fit.half, fit.path
+    middle = 0.5 * (path.time[1:] + path.time[:-1])
+    return pd.DataFrame(
+        {
+            "time_s": half.time,
+            "measured_mps": half.measured,
+            "predicted_mps": half.predicted,
+            "estimated_mps": np.interp(half.time, path.time, path.speed),
+            "height_m": np.interp(half.time, path.time, path.height),
+            "slope_deg": np.degrees(np.arctan(-np.interp(half.time, middle, path.slope))),
+            "effective_friction": np.interp(half.time, middle, path.friction),
+        }
+    )

@@ -283,7 +283,13 @@ class Prediction:
 
 @dataclass(frozen=True)
 class Posture:
-    """A recording of few sensors: what was measured and what was assumed, and the uncertainty from it."""
+    """A recording of few sensors: what was measured and what was assumed, and the uncertainty from it.
+
+    effective_friction : of the run as the balance of energy along its path has it
+    effective_friction_90 : its 90 % interval
+    effective_friction_of_run : that of the simulated run, which confirms it where its path is the skied one
+    speed_return_1_s : rate at which the speed returns to the skier's own, as the skier brakes
+    """
 
     measured: tuple[str, ...]
     assumed: tuple[str, ...]
@@ -293,11 +299,15 @@ class Posture:
     mu_t_se: FrictionShares
     effective_friction: Estimate
     second_half: Prediction
+    effective_friction_90: Interval | None = None
+    effective_friction_of_run: float | None = None
+    speed_return_1_s: Estimate | None = None
 
     def without_errors(self) -> Posture:
         """Return the figures without standard errors of friction, as a misfit denies them."""
         unknown = FrictionShares(None, None, None, None)
-        return replace(self, mu_t_se=unknown, effective_friction=replace(self.effective_friction, se=None))
+        effective = replace(self.effective_friction, se=None)
+        return replace(self, mu_t_se=unknown, effective_friction=effective, effective_friction_90=None)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from sssi_exudyn.bodies.ski.ski import Ski, ski_named
 from sssi_exudyn.contact.registry import term_named
 from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
+from sssi_exudyn.fitting.few_sensors_fit import fit_few_sensors
 from sssi_exudyn.fitting.first_fit import fit, problem_of
 from sssi_exudyn.fitting.misfit import believable_estimate, believable_fit
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
@@ -151,6 +152,9 @@ def _compute(job: Job, run: SweepRun) -> tuple[Figures, AnyRun | None]:
     rest: dict[str, Any] = {name: value for name, value in numbers.items() if not is_shape(name)}
     model = model.with_values(rest)
     if job.task == "fit":
+        if recording.completed is not None:
+            few = fit_few_sensors(recording, motion, model, job.method).fitted
+            return figures_of_fit(believable_fit(few, recording)), None
         if job.method == "joint" and job.model is None:
             model = on_snow_surface(model, recording, motion)
         problem, full = problem_of(recording, motion, model, job.method), job.tier == "full"

@@ -160,4 +160,5 @@ def test_posture_comes_back_as_it_was() -> None:
     # an older file does not say where the halves part
     assert posture.second_half == Prediction(0.05, 0.4, 0.9, None)
     table["second_half"] = {**dict(table["second_half"]), "split_s": None}
+    table |= dict.fromkeys(("effective_friction_90", "effective_friction_of_run", "speed_return_1_s"))
     assert to_plain(posture) == table

@@ -77,19 +77,31 @@ def _rows(posture: Posture) -> list[tuple[str, str, str]]:
         ("balance (m)", _metres(posture.unbalanced_rms_m), "by which the posture fails to balance in roll"),
         (
             "effective friction",
-            estimate_text(effective),
+            estimate_text(effective) + _interval(posture),
             "along the path: along and across the skis together, which only a measured steering angle distinguishes",
         ),
     ]
+    if posture.effective_friction_of_run is not None:
+        same = "of the simulated run, which confirms it where the simulated path is the skied one"
+        rows.append(("effective friction", number(posture.effective_friction_of_run), same))
+    if posture.speed_return_1_s is not None:
+        rows.append(
+            ("return of speed (1/s)", estimate_text(posture.speed_return_1_s), "to the skier's own, by braking")
+        )
     return rows + [
         ("share in μ_t's standard error", number(value, 2), f"from the {name}")
         for name, value in (
             ("track", shares.track),
-            ("posture", shares.posture),
+            ("posture, by its drag", shares.posture),
             ("slope", shares.slope),
             ("steering", shares.steering),
         )
     ]
+
+
+def _interval(posture: Posture) -> str:
+    interval = posture.effective_friction_90
+    return "" if interval is None else f" (90\u00a0% interval {interval.low:.3f} to {interval.high:.3f})"
 
 
 def _metres(value: float | None) -> str:
@@ -100,6 +112,8 @@ def _draw_speed(axes: Axes, table: pd.DataFrame, split: float | None) -> None:
     time = table["time_s"]
     axes.plot(time, table["measured_mps"], ".-", color=plots.COLOURS[0], label="measured", markersize=3)
     axes.plot(time, table["predicted_mps"], color=plots.COLOURS[1], label="predicted")
+    if "estimated_mps" in table:
+        axes.plot(time, table["estimated_mps"], color=plots.COLOURS[2], label="estimated from all", linewidth=0.8)
     if split is not None:
         axes.axvline(split, color=plots.INK, linewidth=0.6, linestyle="--")
     axes.set(xlabel="time (s)", ylabel="speed (m/s)")
