@@ -54,6 +54,8 @@ _ROUNDS: Final = 3
 """Reduced runs, each with mu_t corrected by what the one before was too fast: the third is within 2 % of the speed."""
 _LEAST_HOLDING: Final = 0.005
 """s/m; friction by speed below which a correction of mu_t is not taken for larger than it is."""
+_UNCONFIRMED: Final = 2.5
+"""Standard deviations of the balance beyond which the simulated run does not confirm it: one run in eighty."""
 _REASONS: Final = {True: "converged: the objective no longer changes", False: "stopped: too many iterations"}
 
 
@@ -70,6 +72,18 @@ class FewSensorsFit:
     half: SecondHalf
     steering: float
     confirmed: float
+
+    @property
+    def unconfirmed(self) -> str:
+        """Return why the reduced model's run does not confirm the balance, in one sentence; "" where it does."""
+        path = self.path
+        if abs(self.confirmed - path.effective) < _UNCONFIRMED * path.effective_sigma:
+            return ""
+        return (
+            f"the simulated run has effective friction {self.confirmed:.3f} and the balance along the measured path"
+            f" {path.effective:.3f} ± {path.effective_sigma:.3f}: the receiver's course does not show the path that its"
+            " speeds are of; compare the latter"
+        )
 
 
 def fit_few_sensors(

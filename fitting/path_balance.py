@@ -44,7 +44,7 @@ _BRAKING: Final = ExponentialNoise(0.08, 1.5)
 _SLOPES: Final = (0.06, 40.0)
 """Deviation of a piste's slope from its mean along a run (1), and the metres over which it lasts."""
 _MEAN_SLOPE: Final = Prior(0.2, 0.2)
-_STANDING: Final = 0.5
+_STANDING: Final = 0.2
 """m/s; below it friction of a run means nothing, and divisors stay above it."""
 _KINDS: Final = 3
 _REACH: Final = 3
@@ -161,7 +161,7 @@ class _Balance:
         self.wander_kept = float(np.exp(-self.step / data.wander.correlation_time))
 
     def start(self) -> tuple[Array, Array]:
-        """Return the unknowns where the search begins: as measured, the run's numbers as known beforehand."""
+        """Return the unknowns where the search begins: as measured, the run's numbers at their priors' means."""
         speed = np.interp(self.time, self.data.time, self.data.speed)
         height = np.interp(self.time, self.height_time, self.height)
         down = (height[-1] - height[0]) / max(float(np.sum(speed) * self.step), 1.0)

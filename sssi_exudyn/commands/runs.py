@@ -18,6 +18,7 @@ import pandas as pd
 from sssi_exudyn.analysis.biomechanics import biomechanics, label_turns, residual_moment, turn_figures
 from sssi_exudyn.analysis.boots import add_cuffs
 from sssi_exudyn.analysis.losses import loss_figures
+from sssi_exudyn.analysis.turn_style import add_styles, style_of
 from sssi_exudyn.commands.expected import expected_seconds
 from sssi_exudyn.commands.recordings import SHORTEST_FIT, SILENT, read_folder
 from sssi_exudyn.contact.registry import check_together, combine_terms, is_carved, read_term
@@ -35,6 +36,7 @@ from sssi_exudyn.fitting.first_fit import fit as fit_problem
 from sssi_exudyn.fitting.misfit import why_missed
 from sssi_exudyn.fitting.observations import correct_fixes
 from sssi_exudyn.fitting.parameters import seek_too
+from sssi_exudyn.fitting.path_balance import PathEstimate
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.io.writing import check_file_name, clear_errors, folder_lock, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of
@@ -261,7 +263,15 @@ def _fit_few_sensors(work: Work, chosen: ChosenModel, method: Method, parameters
     posture = posture_figures(recording.completed, fit)
     posture = posture.without_errors() if missed else posture
     settings = {"command": "fit", "method": method, **work.settings, **chosen.settings}
-    outcome = Outcome(settings, fit_figures(fit.fitted), posture, second_half_table(fit), missed=missed)
+    outcome = Outcome(
+        settings,
+        fit_figures(fit.fitted),
+        posture,
+        second_half_table(fit),
+        missed=missed,
+        path=fit.path,
+        unconfirmed=fit.unconfirmed,
+    )
     return _simulate_into(work, replace(fit.fitted.model, heading=chosen.model.heading), outcome)
 
 
@@ -389,6 +399,8 @@ class Outcome:
     diagnosis : what a diagnosis found
     diverged : why the simulation stopped before the end
     missed : why a fit of friction alone has no standard errors; "" where it has
+    path : the balance along the path of few sensors
+    unconfirmed : why the simulated run does not confirm that balance; "" where it does
     """
 
     settings: Mapping[str, Any]
@@ -400,6 +412,8 @@ class Outcome:
     diagnosis: Diagnosis | None = None
     diverged: str | None = None
     missed: str = ""
+    path: PathEstimate | None = None
+    unconfirmed: str = ""
 
     @property
     def believable_fit(self) -> Fit:
@@ -414,8 +428,8 @@ class Outcome:
     def doubts(self) -> tuple[str, ...]:
         """Return what the fit says against its own results, in sentences."""
         ended = () if self.fit.converged is not False else (f"the fit did not converge: {self.fit.reason}",)
-        missed = (self.missed,) if self.missed else ()
-        return (*ended, *missed, *(() if self.uncertainty is None else self.uncertainty.doubts))
+        said = tuple(doubt for doubt in (self.missed, self.unconfirmed) if doubt)
+        return (*ended, *said, *(() if self.uncertainty is None else self.uncertainty.doubts))
 
 
 def _simulate_into(work: Work, model: Model, outcome: Outcome, backend: Backend = "fastest") -> Made:
@@ -439,6 +453,8 @@ def write_outcome(
     result = result.shift(_height_of_track(recording, result))
     series = result.to_frame(slope_to_enu(model.inclination, model.fall_line_azimuth))
     technique = biomechanics(result, model.skier.mass, model.inclination)
+    if outcome.path is not None and not technique.table.empty:
+        technique = replace(technique, table=add_styles(technique.table, outcome.path))
     series, boots = label_turns(series, technique.turns), None
     if recording.completed is None:  # ankles that are assumed tell nothing of boots
         series, boots = add_cuffs(series, result, model)
@@ -472,6 +488,7 @@ def write_outcome(
             "diagnosis": diagnosis and DiagnosisResult(diagnosis.verdict, diagnosis.sentence),
             "notices": (*outcome.doubts, *recording.notices),
             "boots": boots,
+            "technique": outcome.path and style_of(outcome.path),
             "surface": model.surface
             and surface_figures(
                 model.surface, result.foot_position.mean(axis=1), model.inclination, 1 + len(recording.runs)

@@ -95,6 +95,10 @@ def _turns(summary: Summary) -> Tile | None:
 
 
 def _technique(summary: Summary) -> Tile | None:
+    style = summary.technique
+    if style is not None:
+        likely = f"{100.0 * getattr(style, style.most_likely):.0f}\u00a0% probable, from friction, slope and speed"
+        return Tile("technique", style.most_likely, likely, short="")
     apart, steering = mean_of(summary, "ski_angle_mean_deg"), mean_of(summary, "steering_angle_mean_deg")
     if apart is None or steering is None or steering_is_assumed(summary):
         return None

@@ -47,8 +47,10 @@ def answer_blocks(runs: Runs) -> tuple[Block, ...]:
 
 def answer_tiles(run: StoredRun) -> tuple[Tile, ...]:
     """Return the tiles of a run; those of an assumed posture say so."""
-    few = run.summary.posture is not None
-    return tuple(replace(tile, assumed=few and tile.name in _OF_POSTURE) for tile in tiles_of(run.summary))
+    few, assumed = run.summary.posture is not None, _OF_POSTURE
+    if run.summary.technique is not None:  # which follows from friction, not from the posture
+        assumed = tuple(name for name in assumed if name != "technique")
+    return tuple(replace(tile, assumed=few and tile.name in assumed) for tile in tiles_of(run.summary))
 
 
 def _diagnosis_tiles(run: StoredRun) -> tuple[tuple[Tile, ...], ...]:

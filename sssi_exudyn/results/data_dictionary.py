@@ -151,8 +151,20 @@ _OF_TURN: Final[Mapping[str, str]] = {
     "postural_shift_percent": "the same in percent of the turn",
     "load_shift_s": "time after the transition at which the loads of both skis cross",
     "load_shift_percent": "the same in percent of the turn",
+    "technique_carving": "probability that the whole turn was carved; of few sensors alone",
+    "technique_skidding": "probability that it was skidded with parallel skis",
+    "technique_wedge": "probability that it was skied in a wedge",
 }
-_NO_UNIT: Final = frozenset({"lateral_ratio_p90", "effective_friction", "air_share_of_losses"})
+_NO_UNIT: Final = frozenset(
+    {
+        "lateral_ratio_p90",
+        "effective_friction",
+        "air_share_of_losses",
+        "technique_carving",
+        "technique_skidding",
+        "technique_wedge",
+    }
+)
 _FIGURES: Final = {"mean": "mean", "min": "least", "max": "largest"}
 _MUSCLES: Final = (
     (r"muscle_(\w+)_activation", "1", "activation of the muscle {0}, 0 to 1"),

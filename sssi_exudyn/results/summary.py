@@ -1,8 +1,8 @@
 """The figures of a result, as ``summary.json`` holds them: each with its unit in its name, null where there is none.
 
 The groups ``posture``, ``diagnosis`` and ``muscles`` are in the file once the command that makes them was run.  The
-group ``surface`` is there where the snow is not plane, ``uncertainty`` where all uncertain quantities were estimated.
-``losses`` is in the results of this version and later ones.
+group ``surface`` is there where the snow is not plane, ``uncertainty`` where all uncertain quantities were estimated,
+``technique`` where few sensors were fitted.  ``losses`` is in the results of this version and later ones.
 Where edges cut the snow, ``carving`` is there and ``friction`` is null.
 """
 
@@ -16,13 +16,24 @@ from typing import Any, Final
 from sssi_exudyn.analysis.biomechanics import ResidualMoment, TurnFigures
 from sssi_exudyn.analysis.boots import BootFigures
 from sssi_exudyn.analysis.losses import LossFigures
+from sssi_exudyn.analysis.turn_style import StyleFigures
 from sssi_exudyn.core.choices import HeadingMode
 from sssi_exudyn.io.typed import convert
 from sssi_exudyn.io.writing import to_plain
 from sssi_exudyn.terrain.profile import SurfaceFigures
 
 FORMAT: Final = 1
-_ON_REQUEST: Final = ("posture", "diagnosis", "muscles", "surface", "uncertainty", "carving", "boots", "losses")
+_ON_REQUEST: Final = (
+    "posture",
+    "diagnosis",
+    "muscles",
+    "surface",
+    "uncertainty",
+    "carving",
+    "boots",
+    "losses",
+    "technique",
+)
 """Groups that only some results have."""
 
 
@@ -432,6 +443,7 @@ class Summary:
     carving: CarvingFigures | None = None
     boots: BootFigures | None = None
     losses: LossFigures | None = None
+    technique: StyleFigures | None = None
 
     def __repr__(self) -> str:
         mu_t, mu_n = self.friction.mu_t.value, self.friction.mu_n.value

@@ -91,7 +91,7 @@ def test_sections_of_an_assumed_posture_are_marked_and_say_so(run: StoredRun) ->
     assert page.count(ASSUMED) == len(marked)
     for title in ("The run from above", "Turn by turn"):
         assert any(name.startswith(title) for name in marked), title
-    for title in ("Joint angles", "Joint moments", "Load on each ski"):  # curves of what nobody measured
+    for title in ("Joint angles", "Joint moments", "Load on each ski"):  # curves of an assumed posture
         assert any(name.startswith(title) for name in headings(measured)), title
         assert not any(name.startswith(title) for name in headings(page)), title
     assert not any(name.startswith(("Simulated and measured", "Snow surface")) for name in marked)

@@ -54,7 +54,7 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
         Heading("Assumed"),
         Items(posture.assumed),
         Heading("Uncertainty of the feet, and what it does to friction"),
-        Facts(_rows(posture)),
+        Facts(_rows(run, posture)),
     )
     if run.second_half is None:
         return blocks
@@ -67,7 +67,7 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
     return (*blocks, Drawing(caption, lambda axes: _draw_speed(axes, table, split)))
 
 
-def _rows(posture: Posture) -> list[tuple[str, str, str]]:
+def _rows(run: StoredRun, posture: Posture) -> list[tuple[str, str, str]]:
     sigma, effective, shares = posture.sigma, posture.effective_friction, posture.mu_t_se
     rows = [
         ("edge angle (°)", f"± {sigma.edge_deg:.1f}", "each foot's roll, one standard deviation"),
@@ -88,6 +88,10 @@ def _rows(posture: Posture) -> list[tuple[str, str, str]]:
         rows.append(
             ("return of speed (1/s)", estimate_text(posture.speed_return_1_s), "to the skier's own, by braking")
         )
+    style = run.summary.technique
+    if style is not None:
+        shares = f"carving {style.carving:.2f}, skidding {style.skidding:.2f}, wedge {style.wedge:.2f}"
+        rows.append(("technique", shares, "probabilities from friction, slope and speed of telephones' runs"))
     return rows + [
         ("share in μ_t's standard error", number(value, 2), f"from the {name}")
         for name, value in (
