@@ -7,12 +7,15 @@ InputError that names the file, the place and the fix; whatever could be correct
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from sssi_exudyn.core.checked import checked
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantity
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.recording.few_sensors.complete import Completed
@@ -170,6 +173,28 @@ class Recording:
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     runs: tuple[Recording, ...] = ()
     poles: Poles | None = None
+
+    @checked
+    def to_bids(self, folder: str | os.PathLike[str], subject: str = "01") -> Path:
+        """Write the motion capture into a dataset of BIDS (Motion), and return the file of its time series.
+
+        Parameters
+        ----------
+        folder : the dataset; it is begun where there is none
+        subject : label of the subject, of letters and digits
+
+        Raises InputError for another label, for a posture that was not captured, and where the dataset has the subject.
+
+        Examples
+        --------
+        >>> sssi_exudyn.read_recording("examples/beginner").to_bids("skiers", "01")
+        """
+        from sssi_exudyn.recording.bids import write_bids
+
+        if self.completed is not None:
+            problem = "its posture was estimated from few sensors, not captured"
+            raise InputError("to_bids", self.name, problem, "export a recording with a motion capture")
+        return write_bids(self.bvh, self.name, Path(folder), subject)
 
     def __repr__(self) -> str:
         fixes = "no GPS" if self.gps is None else f"{len(self.gps.time)} fixes"
