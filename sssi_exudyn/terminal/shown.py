@@ -53,7 +53,7 @@ def show_rows(rows: Sequence[object], options: argparse.Namespace) -> str:
 
 
 def show_identified(identified: IdentifiedSki, options: argparse.Namespace) -> str:
-    """Show the numbers of an identified ski as a table, and what an interval says."""
+    """Show the numbers of an identified ski as a table, what an interval says, and the files that were written."""
     from sssi_exudyn.commands.catalogue import identified_rows
     from sssi_exudyn.reports.bench_page import INTERVALS, NUMBER_COLUMNS, number_rows
     from sssi_exudyn.terminal.text import format_table
@@ -62,7 +62,8 @@ def show_identified(identified: IdentifiedSki, options: argparse.Namespace) -> s
         return to_json(identified_rows(identified))
     columns = (identified.ski.name, *NUMBER_COLUMNS)
     rows = [dict(zip(columns, row, strict=True)) for row in number_rows(identified)]
-    return f"{format_table(rows)}{INTERVALS}\n"
+    written = [f"{what}: {path}" for what, path in (("ski", options.out), ("page", options.report)) if path]
+    return format_table(rows) + _lines([INTERVALS, *written])
 
 
 def show_counts(counts: Mapping[str, object], options: argparse.Namespace) -> str:
