@@ -159,12 +159,18 @@ def grid(rows: Sequence[Sequence[str]]) -> str:
     top = f'<th scope="col">{escape(first)}</th>' if first else "<td></td>"
     top += "".join(f'<th scope="col" class="number">{escape(cell)}</th>' if cell else "<td></td>" for cell in others)
     body = "".join(
-        f'<tr><th scope="row">{escape(row[0])}</th>'
-        + "".join(f'<td class="{"number" if len(cell) < _LONG else "long"}">{escape(cell)}</td>' for cell in row[1:])
-        + "</tr>\n"
+        f'<tr><th scope="row">{escape(row[0])}</th>' + "".join(_value(cell) for cell in row[1:]) + "</tr>\n"
         for row in rows[1:]
     )
     return f'<div class="scroll"><table>\n<thead><tr>{top}</tr></thead>\n<tbody>\n{body}</tbody>\n</table></div>\n'
+
+
+def _value(cell: str) -> str:
+    """Return a cell of a table; a figure with its interval in brackets may take two lines on a narrow screen."""
+    figure, bracket, interval = cell.partition(" (")
+    if bracket and len(cell) <= 2 * _LONG and figure[-1:] in set("0123456789%"):
+        return f'<td class="number split">{escape(figure)} <span>({escape(interval)}</span></td>'
+    return f'<td class="{"number" if len(cell) < _LONG else "long"}">{escape(cell)}</td>'
 
 
 def figure(pictures: str, caption: str) -> str:

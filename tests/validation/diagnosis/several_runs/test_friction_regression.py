@@ -198,7 +198,7 @@ def test_a_found_law_in_the_day(tmp_path: Path) -> None:
     page = day_page(day)
     for text in (
         "A law of friction that is in no list",
-        "0.025 (0.023 to 0.027)",
+        "0.025 <span>(0.023 to 0.027)</span>",
         "speed × edge",
         "RUN/law/model.toml",
     ):
