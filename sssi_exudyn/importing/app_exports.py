@@ -23,7 +23,7 @@ _GYROSCOPE, _LOCATION = "gyroscope", "location"
 _ACCELERATIONS: Final = (("totalacceleration",), ("accelerometer", "gravity"), ("accelerometer",))
 """Files that hold the acceleration with gravity, the first of which that are there are taken."""
 _PRESSURES: Final = ("barometer", "pressure")
-_ARCHIVE: Final = ".zip"
+ARCHIVE: Final = ".zip"
 _USUAL_PLACE, _CAMERA_PLACE = "pocket", "helmet"
 
 
@@ -47,7 +47,7 @@ def files_given(files: Sequence[Path]) -> Iterator[list[Path]]:
     """
     if len(files) != 1:
         yield list(files)
-    elif files[0].suffix.lower() == _ARCHIVE:
+    elif files[0].suffix.lower() == ARCHIVE:
         with TemporaryDirectory() as name:
             folder = Path(name)
             unpack(files[0], tuple(f"{stem}.csv" for stem in _NAMES), folder)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -177,6 +178,16 @@ def sort_sources(files: Sequence[Path]) -> Sources:
         raise InputError(paths["poles"], "", "forces of poles need a motion capture", "leave them out, or add one")
     motion, fixes, insoles, poles = (paths.get(kind) for kind in ("motion", "fixes", "insoles", "poles"))
     return Sources(motion, fixes, insoles, poles, sensors, notes)
+
+
+def has_two_of_a_kind(files: Sequence[Path]) -> bool:
+    """Return whether files hold two captures, two tracks or two of another kind, so that they are of several runs."""
+    kinds = []
+    for path in with_places(files)[0]:
+        if split_place(path) is None:
+            with suppress(InputError):  # what is wrong with a file is told where it is imported
+                kinds.append(_kind(path))
+    return len(kinds) > len(set(kinds))
 
 
 def check_posture(sources: Sources) -> None:

@@ -1,9 +1,12 @@
-"""Import of a folder of many runs: every run becomes a recording, and one table lists all of them."""
+"""Import of a folder of many runs and days: every run becomes a recording, and one table lists all of them.
+
+Nothing is lost: what cannot be read, and runs without a sensor that shows the posture, are rows of the table too.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -11,38 +14,37 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.core.new_files import check_no_link
-from sssi_exudyn.core.text import csv_of
+from sssi_exudyn.core.text import csv_of, one_line
 from sssi_exudyn.importing.answers import Answers
-from sssi_exudyn.importing.app_exports import app_files
-from sssi_exudyn.importing.assemble import import_recording
-from sssi_exudyn.importing.insole_exports import SUFFIXES as INSOLE_EXPORTS
-from sssi_exudyn.importing.insole_exports import is_insole_export
-from sssi_exudyn.importing.motion_formats import MOTION_READERS
-from sssi_exudyn.importing.sensor_logs import BAROMETER
+from sssi_exudyn.importing.app_exports import files_given
+from sssi_exudyn.importing.assemble import check_posture, sort_sources
+from sssi_exudyn.importing.days.day import DayPiece, holds_several_runs, import_day, import_run
+from sssi_exudyn.importing.run_files import RunFiles, find_run_files
 from sssi_exudyn.io.writing import clear_errors, folder_lock, write_atomically
-from sssi_exudyn.recording.instruments.fixes_gnss_logger import is_gnss_log
-from sssi_exudyn.recording.instruments.gopro import SUFFIXES as CAMERAS
-from sssi_exudyn.recording.instruments.gps import READERS
-from sssi_exudyn.recording.instruments.imu import PLACES
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Recording
 from sssi_exudyn.runtime.progress import Stage
 
 TABLE: Final = "recordings.csv"
 """Name of the table of every run and the outcome of its import."""
-_MOST: Final = 10_000
-"""Maximum number of runs in a folder."""
+NOT_READ: Final = ("failed", "not read")
+"""Outcomes of what cannot be read."""
+_LONGEST: Final = 300
+"""Maximum number of characters of the names of files that are not read."""
 
 
 @dataclass(frozen=True)
 class ImportedRun:
     """A row of the table.
 
-    recording : its folder in ``out``
-    status : "imported", "there already" or "failed"
-    error : why it failed
+    recording : its folder in ``out``; of what has none, the name of what was given
+    status : "imported", "there already", "listed" for a run that no sensor covers, "failed", or "not read" for a file
+        that belongs to no run
+    error : why there is no recording
     assumed : facts that were not stated, with the usual values assumed for them
     notes : all other notices
+    start_utc : date and time of day at which a run of a day begins
+    vertical_m, mean_mps, top_mps : how far a run of a day leads down, and its speed
     """
 
     recording: str
@@ -55,99 +57,113 @@ class ImportedRun:
     error: str = ""
     assumed: str = ""
     notes: str = ""
+    start_utc: str = ""
+    vertical_m: float | None = None
+    mean_mps: float | None = None
+    top_mps: float | None = None
 
 
 def import_many(folder: Path, out: Path, answers: Answers, stage: Stage | None = None) -> list[ImportedRun]:
-    """Import every run in ``folder`` into a folder of its own in ``out``.
+    """Import every run below ``folder`` into a folder of its own in ``out``.
 
-    Returns one row per run, which ``out/recordings.csv`` holds too.
+    Returns one row per run, and per file that belongs to none; ``out/recordings.csv`` holds them too.
 
-    A run is a folder with its files, or the files of one name in ``folder`` itself (``run_07.mvnx`` and
-    ``run_07.gpx``).  A file named after a sensor's place (``left_ski.csv``) is that sensor's.  A faulty run does not
-    stop the others; runs that exist already stay as they are.
+    Which files are a run is told by ``find_run_files``.  A file named after a sensor's place (``left_ski.csv``) is that
+    sensor's.  A track of several descents becomes one recording a descent.  A faulty run does not stop the others; runs
+    that exist already stay as they are.
 
     Raises InputError where there is no run, or where ``out`` cannot be written.
     """
-    runs = _runs_in(folder)
+    if not folder.is_dir():
+        raise InputError(folder, "", "this is no folder", "give a folder with the runs' files")
+    runs, unread = find_run_files(folder, out)
     if not runs:
         raise InputError(folder, "", "no run is in this folder", "put each run's files into a folder of its own")
+    last = [ImportedRun(one_line(entry.name), "not read", error=entry.why) for entry in unread]
     with folder_lock(out):
-        rows = []
-        for count, (name, files) in enumerate(runs.items(), 1):
-            rows.append(_import_one(name, files, out / name, answers))
-            write_atomically(out / TABLE, csv_of(rows, ImportedRun))
+        rows: list[ImportedRun] = []
+        for count, run in enumerate(runs, 1):
+            rows += _import_files(run, out, answers)
+            write_atomically(out / TABLE, csv_of([*rows, *last], ImportedRun))
             if stage is not None:
                 stage.advance(count / len(runs), f"{count} of {len(runs)} runs, {_failed(rows)} failed")
-    return rows
+    return [*rows, *last]
 
 
 def _failed(rows: Sequence[ImportedRun]) -> int:
-    return sum(row.status == "failed" for row in rows)
+    return sum(row.status in NOT_READ for row in rows)
 
 
-def _runs_in(folder: Path) -> dict[str, list[Path]]:
-    """Return the files of every run, by its name."""
-    runs: dict[str, list[Path]] = {}
-    for path in sorted(folder.iterdir()):
-        if path.is_dir() and not path.name.startswith("."):
-            files = app_files(path) or list(_usable(path))
-            if files:
-                runs[path.name] = files
-    for path in _usable(folder):
-        runs.setdefault(path.name.partition(".")[0], []).append(path)
-    if len(runs) > _MOST:
-        raise InputError(folder, "", f"{len(runs)} runs, more than {_MOST}", "import some of them")
-    return {name: _without_films(files) for name, files in runs.items()}
-
-
-def _without_films(files: list[Path]) -> list[Path]:
-    """Return the files of a run; a film next to others shows the skier, and is no instrument."""
-    others = [path for path in files if path.suffix.lower() not in CAMERAS]
-    return others or files
-
-
-def _usable(folder: Path) -> Iterator[Path]:
-    """Yield the files that a reader takes; files of single sensors have their place before the name.
-
-    Of plain texts, which may be anything, those are taken that a reader recognises.
-    """
-    for path in sorted(folder.iterdir()):
-        suffix = path.suffix.lower()
-        if not path.is_file() or suffix not in (*MOTION_READERS, *READERS, *INSOLE_EXPORTS):
-            continue
-        if suffix in (".txt", ".asc") and not _is_recognised(path):
-            continue
-        place = path.stem.lower()
-        yield Path(f"{place}={path}") if place in (*PLACES, BAROMETER) else path
-
-
-def _is_recognised(path: Path) -> bool:
+def _import_files(run: RunFiles, out: Path, answers: Answers) -> list[ImportedRun]:
+    """Return the rows of a run's or a day's files."""
+    into = out / run.name
     try:
-        return is_insole_export(path) or (path.suffix.lower() == ".txt" and is_gnss_log(path))
-    except InputError:  # no text
-        return False
-
-
-def _import_one(name: str, files: Sequence[Path], out: Path, answers: Answers) -> ImportedRun:
-    try:
-        with clear_errors(out):
-            check_no_link(out)
-        if (out / FILE).exists():
-            return _row(name, "there already", read_recording(out))
-        return _row(name, "imported", import_recording(files, out, _named(answers, name)))
+        with clear_errors(into):
+            _check_no_links(out, into)
+        if (into / FILE).exists():
+            return [_row(run, "there already", read_recording(into))]
+        named = replace(answers, name=run.name)
+        with files_given(run.files) as files:
+            if _is_day(files, named):
+                return _rows_of_day(run, import_day(files, into, named))
+            return [_row(run, "imported", import_run(files, into, named))]
     except SssiError as error:
-        return ImportedRun(name, "failed", error=str(error))
+        return [ImportedRun(run.name, "failed", error=str(error), notes=_unused(run))]
 
 
-def _named(answers: Answers, name: str) -> Answers:
-    return Answers(**{entry.name: getattr(answers, entry.name) for entry in fields(Answers)} | {"name": name})
+def _check_no_links(out: Path, into: Path) -> None:
+    """Raise OSError where a link stands for a folder between ``out`` and ``into``."""
+    for path in (into, *into.parents):
+        if path == out:
+            return
+        check_no_link(path)
 
 
-def _row(name: str, status: str, recording: Recording) -> ImportedRun:
+def _is_day(files: Sequence[Path], answers: Answers) -> bool:
+    """Return whether files are a track of several descents, or a track without a sensor, whose runs are listed."""
+    if holds_several_runs(files, answers):
+        return True
+    sources = sort_sources(files)
+    try:
+        check_posture(sources)
+    except InputError:
+        return sources.gps is not None and not sources.sensors
+    return False
+
+
+def _rows_of_day(run: RunFiles, pieces: Sequence[DayPiece]) -> list[ImportedRun]:
+    """Return a row of every run of a day."""
+    runs = [piece for piece in pieces if piece.run is not None]
+    if not runs:
+        problem = "the track holds no descent, and no sensor shows the skier's posture"
+        return [ImportedRun(run.name, "failed", error=problem, notes=_unused(run))]
+    return [
+        ImportedRun(
+            recording=f"{run.name}/{piece.recording or f'run_{piece.run:02d}'}",
+            status=piece.status,
+            duration_s=piece.duration_s,
+            track_length_m=piece.length_m,
+            error=piece.why,
+            notes=_unused(run),
+            start_utc=piece.start_utc,
+            vertical_m=piece.vertical_m,
+            mean_mps=piece.mean_mps,
+            top_mps=piece.top_mps,
+        )
+        for piece in runs
+    ]
+
+
+def _unused(run: RunFiles) -> str:
+    """Return a note of the files next to a run's that no reader takes."""
+    return f"not read: {one_line(', '.join(run.others), _LONGEST)}" if run.others else ""
+
+
+def _row(run: RunFiles, status: str, recording: Recording) -> ImportedRun:
     gps = recording.gps
     assumed = [notice for notice in recording.notices if notice.startswith("assumed")]
     return ImportedRun(
-        recording=name,
+        recording=run.name,
         status=status,
         duration_s=round(recording.stop - recording.start, 2),
         fixes=None if gps is None else len(gps.time),
@@ -155,7 +171,9 @@ def _row(name: str, status: str, recording: Recording) -> ImportedRun:
         inclination_deg=round(float(np.degrees(recording.slope.inclination)), 2),
         track_length_m=None if gps is None else round(float(_length(gps.enu)), 1),
         assumed="; ".join(assumed),
-        notes="; ".join(notice for notice in recording.notices if notice not in assumed),
+        notes="; ".join(
+            [*(notice for notice in recording.notices if notice not in assumed), *filter(None, [_unused(run)])]
+        ),
     )
 
 

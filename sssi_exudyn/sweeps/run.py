@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time as clock
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -66,26 +67,48 @@ def perform_run(folder: Path, job: Job, run: SweepRun) -> str:
         _read_ski(job.recordings[run.recording], job.hashes[run.recording])
     else:
         _read_recording(job.recordings[run.recording], job.hashes[run.recording])
+    return do_once(folder, run, lambda: record_of(job, run, folder))
+
+
+def do_once(folder: Path, run: SweepRun, do: Callable[[], Record]) -> str:
+    """Do a run unless it is recorded, write its record into ``folder``, and return its status.
+
+    The status is ``BUSY`` where another process is doing the run.
+    """
     with claim(folder, run.row) as mine:
         if not mine:
             return BUSY
         if is_recorded(folder, run.key, run.attempt):
             return DONE
-        record = record_of(job, run, folder)
+        record = do()
         write_record(folder, record)
     return record.status
 
 
 def record_of(job: Job, run: SweepRun, folder: Path) -> Record:
     """Do the run and return its record, whatever happens in it.  Its series is written into ``folder`` first."""
+
+    def compute(figures: Figures) -> None:
+        computed, simulated = _compute(job, run)
+        figures |= computed
+        if simulated is not None and job.series:
+            frame = series_of_run(simulated)
+            write_series(folder, run.key, pa.Table.from_pandas(frame, preserve_index=False))
+
+    return record_computed(folder, run, compute)
+
+
+def record_computed(folder: Path, run: SweepRun, compute: Callable[[Figures], None]) -> Record:
+    """Call ``compute`` and return the run's record, whatever happens in it.
+
+    ``compute`` fills in the run's figures; what it has put there before an error is kept.  Raises InputError where
+    ``folder`` cannot be written.
+    """
     start, begin, busy = clock.time(), clock.perf_counter(), clock.process_time()
     status, message = DONE, ""
     figures: Figures = {}
     try:
-        figures, simulated = _compute(job, run)
-        if simulated is not None and job.series:
-            frame = series_of_run(simulated)
-            write_series(folder, run.key, pa.Table.from_pandas(frame, preserve_index=False))
+        compute(figures)
     except (SimulationDiverged, NoSteadyTurn) as error:
         status, message = "diverged", str(error)
     except InputError as error:

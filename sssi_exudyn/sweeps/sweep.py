@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import time as clock
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -21,7 +20,7 @@ from sssi_exudyn.core.choices import Cluster
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import convert, read_json
 from sssi_exudyn.io.writing import folder_lock, is_locked, to_json, write_atomically
-from sssi_exudyn.runtime.progress import Progress, Stage, duration
+from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.sweeps.file import SweepFile, read_sweep, sweep_from
 from sssi_exudyn.sweeps.outputs import Column
 from sssi_exudyn.sweeps.page import PAGE, render_sweep
@@ -30,7 +29,8 @@ from sssi_exudyn.sweeps.records import DONE, Record, gather, last_records, tidy
 from sssi_exudyn.sweeps.sensitivity_indices import indices_of
 from sssi_exudyn.sweeps.table import origin_of, read_table, table_columns, write_tables
 from sssi_exudyn.sweeps.workers.pools import CREDENTIALS, pool_of, this_process
-from sssi_exudyn.sweeps.workers.scheduler import do_all
+from sssi_exudyn.sweeps.workers.scheduler import Countdown, Work, do_all
+from sssi_exudyn.sweeps.workers.worker import perform
 
 FILE: Final = "sweep.toml"
 """The copy of a sweep's file in its folder, itself a complete sweep file."""
@@ -202,8 +202,9 @@ def _do_sweep(
         records, _ = last_records(out)
         runs = _runs_left(plan, records, again)
         with progress.stage("sweep") as stage:
-            report = _Report(stage, len(runs))
-            do_all(out, plan.job, runs, pool, min(workers or os.cpu_count() or 1, max(1, len(runs))), report)
+            count = min(workers or os.cpu_count() or 1, max(1, len(runs)))
+            work = Work(out, plan.job, perform, "'sssi sweep resume'")
+            do_all(work, runs, pool, count, Countdown(stage, len(runs)))
         with progress.stage("tables"):
             gather(out)
             tidy(out)
@@ -257,26 +258,6 @@ def _runs_left(plan: Plan, records: Mapping[str, Record], again: bool) -> list[S
         elif again and record.status != DONE:
             runs.append(replace(run, attempt=record.attempt + 1))
     return runs
-
-
-class _Report:
-    """Reporter of the runs' progress: done, failed, rate, time left."""
-
-    def __init__(self, stage: Stage, count: int) -> None:
-        self.stage, self.count = stage, count
-        self.ended: Counter[str] = Counter()
-        self.begin = clock.monotonic()
-
-    def __call__(self, _run: SweepRun, status: str) -> None:
-        self.ended[status] += 1
-        ended = self.ended.total()
-        rate = ended / max(clock.monotonic() - self.begin, 1e-9)
-        left = (self.count - ended) / rate
-        failed = ended - self.ended[DONE]
-        self.stage.advance(
-            ended / self.count,
-            f"{ended} of {self.count} runs, {failed} failed, {60.0 * rate:.0f} a minute, {duration(left)} left",
-        )
 
 
 def _count(origin: Origin, records: Mapping[str, Record], repeated: int) -> Counts:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -127,14 +128,26 @@ def show_imported(imported: Recording | Sequence[ImportedRun] | Sequence[DayPiec
     days = [row for row in imported if isinstance(row, DayPiece)]
     if days:
         return _show_day(days, options)
-    brief = [{name: row[name] for name in row if name not in ("assumed", "notes")} for row in to_plain(imported)]
+    hidden = ("assumed", "notes", "start_utc", "vertical_m", "mean_mps", "top_mps")
+    brief = [{name: row[name] for name in row if name not in hidden} for row in to_plain(imported)]
     text = to_json(imported) if options.json else format_table(brief)
-    failed = sum(row.status == "failed" for row in imported)
-    if failed:
+    words = _not_imported(imported)
+    if words:
         sys.stdout.write(text)
-        table = options.out / "recordings.csv"
-        raise SssiError(f"{failed} of {len(imported)} runs could not be imported; {table} says why")
+        raise SssiError(f"{words}; {options.out / 'recordings.csv'} says why")
     return text
+
+
+def _not_imported(rows: Sequence[ImportedRun]) -> str:
+    """Count what has no recording after an import of a folder; "" where all of it has one."""
+    counts = Counter(row.status for row in rows)
+    runs = len(rows) - counts["not read"]
+    words = [
+        f"{counts['failed']} of {runs} runs could not be imported" if counts["failed"] else "",
+        f"{counts['not read']} files were not read" if counts["not read"] else "",
+        f"{counts['listed']} of {runs} runs have no recording" if counts["listed"] else "",
+    ]
+    return ", ".join(filter(None, words))
 
 
 def _show_day(pieces: Sequence[DayPiece], options: argparse.Namespace) -> str:

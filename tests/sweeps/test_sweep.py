@@ -29,6 +29,7 @@ from sssi_exudyn.sweeps.plan import Job, SweepRun, plan_sweep
 from sssi_exudyn.sweeps.records import claim, gather, last_records, read_records, write_record
 from sssi_exudyn.sweeps.run import crash_record
 from sssi_exudyn.sweeps.workers import scheduler as sweep_scheduler
+from sssi_exudyn.sweeps.workers.worker import perform
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROOT = EXAMPLES.parent
@@ -144,15 +145,16 @@ def test_recording_that_has_changed_stops_the_sweep(tmp_path: Path) -> None:
     plan = plan_sweep(sweeps.read_sweep(written(tmp_path, recordings=["beginner"])))
     toml = tmp_path / "beginner" / "recording.toml"
     toml.write_text(toml.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    work = sweep_scheduler.Work(tmp_path, plan.job, perform, "")
     with pytest.raises(InputError, match="has changed"):
-        sweep_scheduler.do_all(tmp_path, plan.job, plan.runs(), thread_pool, 1, lambda _run, _status: None)
+        sweep_scheduler.do_all(work, plan.runs(), thread_pool, 1, lambda _run, _status: None)
 
 
 @pytest.mark.long
 def test_run_that_kills_its_worker_is_found_and_the_others_go_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sweep_scheduler, "perform", perform_or_die)
+    monkeypatch.setattr(sweeps, "perform", perform_or_die)
     counts = sweeps.sweep(settings(), tmp_path, workers=2)
     assert (counts["done"], counts["crashed"], counts["left"], counts["repeated"]) == (4, 1, 0, 0)
     monkeypatch.undo()

@@ -36,8 +36,9 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.results.folder import write_result
 from sssi_exudyn.runtime.cache import Arrays, Cache, fingerprint
 from sssi_exudyn.sweeps import sweep as sweeps
-from sssi_exudyn.sweeps.plan import Job, SweepRun
+from sssi_exudyn.sweeps.plan import SweepRun
 from sssi_exudyn.sweeps.records import DONE, Record, write_record
+from sssi_exudyn.sweeps.workers.scheduler import Work
 from sssi_exudyn.terrain.file import FILE, surface_bytes
 from sssi_exudyn.terrain.surface import Surface
 
@@ -278,10 +279,10 @@ def begun_sweep(folder: Path, recording: dict[str, bytes]) -> Path:
     file = {"format": 1, "name": "begun", "recordings": [str(folder / "recording")], "parameter": [friction]}
     keys: list[str] = []
 
-    def end_one(out: Path, _job: Job, runs: Iterable[SweepRun], *_: object) -> None:
+    def end_one(work: Work, runs: Iterable[SweepRun], *_: object) -> None:
         """Take the place of a sweep's workers."""
         keys.extend(run.key for run in runs)
-        write_record(out, _record(keys[0]))
+        write_record(work.folder, _record(keys[0]))
 
     with mock.patch.object(sweeps, "do_all", end_one):
         sweeps.sweep(file, folder, workers=1)
