@@ -39,6 +39,7 @@ from sssi_exudyn.fitting.noise import NOISE
 from sssi_exudyn.fitting.objective import Prior, Problem, correlations, counts_of, uncertainty, weight_of
 from sssi_exudyn.fitting.observations import correct_fixes, track_of
 from sssi_exudyn.fitting.optimise import Optimum, minimise, minimise_squares
+from sssi_exudyn.fitting.snow_prior import glide_prior
 from sssi_exudyn.model.from_recording import guess_with_error
 from sssi_exudyn.model.heading import REPLAY
 from sssi_exudyn.model.model import Model
@@ -149,6 +150,9 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
     }
     if recording.completed is not None and not recording.completed.steered:
         priors[MU_N] = UNSTEERED
+    glides = None if cut or recording.completed is not None else glide_prior(recording.snow)
+    if glides is not None:  # what few sensors show is effective friction, which skids too
+        priors[MU_T] = Prior(glides.mean, glides.sigma)
     modes = surface_priors(model)
     priors |= modes
     noise = replace(_FIRST_NOISE, sigma=float(np.clip(sigma, _FIRST_NOISE.sigma, _COARSE_NOISE)))

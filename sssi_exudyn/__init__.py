@@ -22,11 +22,13 @@ from sssi_exudyn.api.muscles import muscles
 from sssi_exudyn.api.recordings import example, import_day, import_files, inspect, read_recording
 from sssi_exudyn.api.results import load, report
 from sssi_exudyn.api.runs import build, fit, model_of, read_model, run, simulate, validate
+from sssi_exudyn.api.season import load_season, run_season
 from sssi_exudyn.api.sweeps import load_sweep, sweep
 
 if TYPE_CHECKING:
     from sssi_exudyn.api.exudyn_model import ExudynModel
     from sssi_exudyn.api.result import Result
+    from sssi_exudyn.api.season_result import SeasonResult
     from sssi_exudyn.api.sweep_result import SweepResult
     from sssi_exudyn.bodies.ski.identification import IdentifiedSki
     from sssi_exudyn.bodies.ski.ski import Ski
@@ -57,6 +59,7 @@ __all__ = [
     "PointTerm",
     "Recording",
     "Result",
+    "SeasonResult",
     "SegmentTerm",
     "SimulationDiverged",
     "Ski",
@@ -79,6 +82,7 @@ __all__ = [
     "import_files",
     "inspect",
     "load",
+    "load_season",
     "load_sweep",
     "model_of",
     "muscles",
@@ -87,6 +91,7 @@ __all__ = [
     "read_recording",
     "report",
     "run",
+    "run_season",
     "simulate",
     "sweep",
     "terms",
@@ -108,6 +113,7 @@ _ELSEWHERE: Final = {
     "PointTerm": "contact.term",
     "Recording": "recording.recording",
     "Result": "api.result",
+    "SeasonResult": "api.season_result",
     "SegmentTerm": "contact.term",
     "SimulationDiverged": "core.errors",
     "Ski": "bodies.ski.ski",

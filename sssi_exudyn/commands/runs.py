@@ -37,6 +37,7 @@ from sssi_exudyn.fitting.misfit import why_missed
 from sssi_exudyn.fitting.observations import correct_fixes
 from sssi_exudyn.fitting.parameters import seek_too
 from sssi_exudyn.fitting.path_balance import PathEstimate
+from sssi_exudyn.fitting.snow_prior import glide_prior
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.io.writing import check_file_name, clear_errors, folder_lock, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of
@@ -229,8 +230,14 @@ def fit_recording(work: Work, chosen: ChosenModel, *, method: Method, parameters
     settings: dict[str, Any] = {"command": "fit", "method": method, **work.settings}
     if parameters:
         settings["parameters"] = list(parameters)
+    glides = None if carved or method != "joint" else glide_prior(recording.snow)
     outcome = Outcome(
-        {**settings, **chosen.settings}, fit_figures(fitted), uncertainty=uncertainty, draws=draws, missed=missed
+        {**settings, **chosen.settings},
+        fit_figures(fitted),
+        uncertainty=uncertainty,
+        draws=draws,
+        missed=missed,
+        notes=() if glides is None else (glides.sentence,),
     )
     made = _simulate_into(work, replace(fitted.model, heading=chosen.model.heading), outcome)
     if cache is not None:
@@ -401,6 +408,7 @@ class Outcome:
     missed : why a fit of friction alone has no standard errors; "" where it has
     path : the balance along the path of few sensors
     unconfirmed : why the simulated run does not confirm that balance; "" where it does
+    notes : what a reader should know of the fit
     """
 
     settings: Mapping[str, Any]
@@ -414,6 +422,7 @@ class Outcome:
     missed: str = ""
     path: PathEstimate | None = None
     unconfirmed: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def believable_fit(self) -> Fit:
@@ -486,7 +495,7 @@ def write_outcome(
             "posture": outcome.posture,
             "uncertainty": outcome.uncertainty,
             "diagnosis": diagnosis and DiagnosisResult(diagnosis.verdict, diagnosis.sentence),
-            "notices": (*outcome.doubts, *recording.notices),
+            "notices": (*outcome.doubts, *outcome.notes, *recording.notices),
             "boots": boots,
             "technique": outcome.path and style_of(outcome.path),
             "surface": model.surface

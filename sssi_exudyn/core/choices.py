@@ -15,6 +15,9 @@ Method = Literal["joint", "paper"]
 METHODS: Final[tuple[Method, ...]] = get_args(Method)
 Snow = Literal["paper", "carving"]
 """What lies under the skis: friction at the foot as in the paper, or snow that edges cut."""
+SnowKind = Literal["fresh", "wet", "groomed", "icy"]
+"""What snow a run was skied on, as ``[snow] kind`` of a recording states it."""
+SNOW_KINDS: Final[tuple[SnowKind, ...]] = get_args(SnowKind)
 HeadingMode = Literal["replay", "track", "free"]
 """What holds the skier's heading on snow that edges cut: the capture, a spring to the capture, or the snow alone."""
 HEADING_MODES: Final[tuple[HeadingMode, ...]] = get_args(HeadingMode)

@@ -21,6 +21,7 @@ class Answers:
     Attributes
     ----------
     name : the recording's; default: the capture's file, of sensors the folder
+    skier : the skier's name, by which runs are compared
     mass_kg : the skier, without boots and skis
     height_m : the skier
     sex : chooses the anthropometric table
@@ -46,6 +47,7 @@ class Answers:
     """
 
     name: str | None = None
+    skier: str | None = None
     mass_kg: float | None = None
     height_m: float | None = None
     sex: str | None = None
@@ -69,6 +71,7 @@ class AnswerOptions(TypedDict, total=False):
     """``Answers`` as keyword arguments, which checkers and editors know by name, and as options."""
 
     name: str | None
+    skier: Annotated[str, Option(metavar="NAME")] | None
     mass_kg: float | None
     height_m: float | None
     sex: Sex | None

@@ -11,6 +11,7 @@ import shutil
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -96,6 +97,7 @@ class Material:
     began : UTC of time 0 of capture or sensors, s since 1970; None where no file has it
     cut : stretch (s) of the files' clock to which insoles are still to be cut; None for all of it
     about : what is said of the recording besides its files
+    start_utc : UTC of the clock's zero where ``began`` no longer tells it, s since 1970
     """
 
     sources: Sources
@@ -106,6 +108,7 @@ class Material:
     insoles: InsoleExport | None = None
     cut: tuple[float, float] | None = None
     about: str = ""
+    start_utc: float | None = None
 
     @property
     def covered(self) -> tuple[float, float]:
@@ -243,9 +246,14 @@ def _write(made: Path, material: Material, answers: Answers) -> None:
         "format": 1,
         "name": one_line(answers.name or (sources.motion.stem if sources.motion else made.parent.resolve().name)),
         "note": f"imported from {names}{material.about}",
-        "skier": _without_none({"mass_kg": answers.mass_kg, "height_m": answers.height_m, "sex": answers.sex}),
+        "skier": _without_none(
+            {"name": answers.skier, "mass_kg": answers.mass_kg, "height_m": answers.height_m, "sex": answers.sex}
+        ),
         "equipment": _without_none({name: getattr(answers, name) for name in _EQUIPMENT}),
     }
+    began = _began(material, answers)
+    if began is not None:
+        settings["began"] = began
     if assumed:
         settings["assumed"] = [".".join(PLACES[name]) for name in assumed]
         settings["uncertainty"] = {key: sigma for name in assumed for key, sigma in UNCERTAIN.get(name, {}).items()}
@@ -266,6 +274,17 @@ def _write(made: Path, material: Material, answers: Answers) -> None:
     settings |= _write_forces(made, material, answers.mass_kg or 0.0)
     settings |= _copy_terrain(made, material, answers)
     (made / FILE).write_text(tomli_w.dumps(settings), encoding="utf-8")
+
+
+def _began(material: Material, answers: Answers) -> datetime | None:
+    """Return the UTC of the recording's clock's zero to the second; None where no file has it."""
+    fixes, began = material.fixes, material.start_utc if material.began is None else material.began
+    if began is None and fixes is not None and fixes.began is not None:
+        began = fixes.began - offset_of_fixes(material, answers)
+    try:
+        return None if began is None else datetime.fromtimestamp(round(began), UTC)
+    except (ValueError, OverflowError, OSError):  # years that no calendar has
+        return None
 
 
 def _write_forces(made: Path, material: Material, mass: float) -> dict[str, Any]:

@@ -70,8 +70,8 @@ def find_run_files(folder: Path, out: Path) -> tuple[list[RunFiles], list[Unread
     """Return the files of every run below ``folder`` except in ``out``, and what belongs to none.
 
     A folder below it is one run where its files are one of each kind, such as a capture, a track and insoles.
-    Otherwise its files are grouped by their names: ``run_07.mvnx`` and ``run_07.gpx`` are one run.  Neither hidden files
-    nor links to folders are followed.
+    Otherwise its files are grouped by their names: ``run_07.mvnx`` and ``run_07.gpx`` are one run.  Hidden files and
+    links to folders are left out.
 
     Raises InputError for more files than any season has, and for a folder that cannot be read.
     """

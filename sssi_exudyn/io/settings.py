@@ -25,10 +25,13 @@ _IN_FILE: Final = {
     "rad": ("deg", math.pi / 180.0),
     "1": ("share", 1.0),
     "log": ("log", 1.0),
+    "K": ("C", 1.0),
     "N m": ("Nm", 1.0),
     "N m/rad": ("Nm_per_deg", 180.0 / math.pi),
 }
 """Unit in the key by SI unit, and the factor from it to SI."""
+_ZERO: Final = {"K": 273.15}
+"""SI value of what is written as zero, where that is not zero: degrees Celsius."""
 _MISTAKEN: Final = {
     "m": {"feet": 0.3048, "centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254},
     "kg": {"pounds": 0.45359237, "grams": 0.001},
@@ -138,7 +141,7 @@ def table_from(owner: object, *classes: type) -> dict[str, float]:
     """
     declared = [item for cls in classes for item in quantities(cls).items()]
     return {
-        key_of(about): getattr(owner, name) / _IN_FILE[about.unit][1]
+        key_of(about): (getattr(owner, name) - _ZERO.get(about.unit, 0.0)) / _IN_FILE[about.unit][1]
         for name, about in declared
         if getattr(owner, name) is not None
     }
@@ -181,7 +184,8 @@ def _number(value: object, about: Quantity, path: Path, place: str) -> float:
     if not _is_number(value):
         raise InputError(path, place, f"{str(value)[:40]!r} is not a number", f"give it in {unit}, without quotes")
     number = float(value)  # type: ignore[arg-type]
-    low, high = about.low / factor, about.high / factor
+    zero = _ZERO.get(about.unit, 0.0)
+    low, high = (about.low - zero) / factor, (about.high - zero) / factor
     slack = 1e-9 * max(abs(low), abs(high))  # bounds went through degrees and back
     if not low - slack <= number <= high + slack:
         fix = "correct the value or its unit"
@@ -190,7 +194,7 @@ def _number(value: object, about: Quantity, path: Path, place: str) -> float:
                 fix = f"{number:g} {name} would be {number * size:.3g} {unit}: give {unit}"
                 break
         raise InputError(path, place, f"{number:g} is outside {low:g} to {high:g} {unit}", fix)
-    return number * factor
+    return number * factor + zero
 
 
 def _is_number(value: object) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from datetime import datetime
 from pathlib import Path
 from typing import Final
 
@@ -50,6 +51,7 @@ from sssi_exudyn.recording.recording import (
 )
 from sssi_exudyn.recording.sensor_tables import read_sensors
 from sssi_exudyn.recording.slope_and_heading import CAPTURE_HEADING_SIGMA, SlopeAndHeading, estimate_slope_and_heading
+from sssi_exudyn.recording.snow import read_snow
 from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.terrain.elevation_model import LARGEST, epsg_of, projection_of, usual_sigma
 
@@ -69,7 +71,8 @@ _ASSUMED: Final = {
 """Words before and after each value that an import may assume."""
 """Words of a notice about slope or heading that were estimated."""
 _TABLES: Final = (
-    *("format", "name", "note", "notes", "assumed", "skier", "equipment", "slope", "terrain", "uncertainty"),
+    *("format", "name", "note", "notes", "assumed", "skier", "equipment", "slope", "snow", "terrain", "uncertainty"),
+    "began",
     *("motion", "sensors", "barometer", "gps", "insoles", "poles"),
 )
 _DATUMS: Final = ("gps", "ellipsoid", "geoid", "other")
@@ -215,6 +218,8 @@ def _read_alone(folder: Path, settings: Settings) -> Recording:
         elevations=elevations,
         uncertainty=_read_uncertainty(settings, toml, checked.clock_sigma),
         poles=poles,
+        began=_read_began(settings, toml),
+        snow=read_snow(settings, toml),
     )
 
 
@@ -284,6 +289,8 @@ def _read_few_sensors(
         completed=made,
         elevations=elevations,
         uncertainty=_read_uncertainty(settings, toml, 0.0 if made.lag is None else made.lag.sigma),
+        began=_read_began(settings, toml),
+        snow=read_snow(settings, toml),
     )
 
 
@@ -305,12 +312,24 @@ def _keys(cls: type, *others: str) -> tuple[str, ...]:
 
 def _read_skier(settings: Settings, toml: Path) -> tuple[Skier, tuple[str, ...]]:
     table = table_of(settings, "skier", toml)
-    check_keys(table, _keys(Skier, "sex"), toml, "[skier]")
+    check_keys(table, _keys(Skier, "sex", "name"), toml, "[skier]")
     sex = text_of(table, "sex", toml, "[skier]", default="male")
     if sex not in ("male", "female"):
         raise InputError(toml, "[skier] sex", f"{sex!r} has no anthropometric table", 'write "male" or "female"')
     notices = () if "sex" in table else (f"{FILE}: the skier's sex is not stated; the table for men is used",)
-    return Skier(sex=sex, **numbers_of(Skier, table, toml, "[skier]")), notices
+    name = name_of(table, "name", toml, "[skier]") if "name" in table else ""
+    return Skier(sex=sex, name=name, **numbers_of(Skier, table, toml, "[skier]")), notices
+
+
+def _read_began(settings: Settings, toml: Path) -> float | None:
+    """Return the UTC of the clock's zero, s since 1970; None where it is not stated."""
+    if "began" not in settings:
+        return None
+    began = settings["began"]
+    if not isinstance(began, datetime) or began.tzinfo is None:
+        problem = f"{str(began)[:40]!r} is no date and time of day with its zone"
+        raise InputError(toml, "began", problem, "write it without quotes, such as began = 2026-02-17T10:12:00Z")
+    return began.timestamp()
 
 
 def _read_notes(settings: Settings, toml: Path) -> tuple[str, ...]:

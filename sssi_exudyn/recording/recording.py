@@ -23,6 +23,7 @@ from sssi_exudyn.recording.instruments.bvh import Bvh
 from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.instruments.insoles import Insoles
 from sssi_exudyn.recording.instruments.poles import Poles
+from sssi_exudyn.recording.snow import SnowConditions
 from sssi_exudyn.recording.uncertainty import Uncertainty
 
 FILE: Final = "recording.toml"
@@ -42,6 +43,7 @@ class Skier:
     )
     height: float = quantity(1.75, "m", low=1.0, high=2.3, source="children to tall adults", meaning="body height")
     sex: str = "male"
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -144,6 +146,8 @@ class Recording:
     uncertainty : standard deviations of stated and measured quantities
     runs : other runs on the same slope, whose heights show the snow too; they have fixes and name no runs themselves
     poles : load cells in the poles, if there are any
+    began : UTC of the clock's zero, s since 1970; None where it is not stated
+    snow : what is stated of the snow, if anything is
     completed : how ``bvh`` was made from few sensors; None where it was captured
     hashes : ``"sha256:…"`` of every file read, by its name in the folder
     notices : corrections of the data and oddities in it, in words
@@ -173,6 +177,8 @@ class Recording:
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     runs: tuple[Recording, ...] = ()
     poles: Poles | None = None
+    began: float | None = None
+    snow: SnowConditions | None = None
 
     @checked
     def to_bids(self, folder: str | os.PathLike[str], subject: str = "01") -> Path:

@@ -15,6 +15,7 @@ from sssi_exudyn.bodies.skier.chain import PRESCRIBED, SEGMENTS, TRANSLATIONS
 from sssi_exudyn.results.opensim_model import PELVIS, REVERSED
 from sssi_exudyn.simulation.result import SIDES
 
+SEASON: Final = "season.parquet"
 SERIES, MEASURED, TURNS, SECOND_HALF, DRAWS = (
     "series.parquet",
     "measured.parquet",
@@ -47,6 +48,7 @@ _UNITS: Final = {
     "activation": "1",
     "band": "1",
     "bodyweights": "body weight",
+    "C": "°C",
     "percent": "%",
     "share": "1",
 }
@@ -155,15 +157,67 @@ _OF_TURN: Final[Mapping[str, str]] = {
     "technique_skidding": "probability that it was skidded with parallel skis",
     "technique_wedge": "probability that it was skied in a wedge",
 }
+_OF_SEASON: Final[Mapping[str, str]] = {
+    "run": "folder of the recording, and of its result, below those of the season",
+    "recording": "name of the recording",
+    "place": "descent that several runs share, A the one with the most; empty where it was skied once",
+    "day": "date (UTC) on which the run began",
+    "began_utc": "date and time of day (UTC) at which the recording's clock was zero",
+    "skier": "name of the skier",
+    "ski": "the ski of the catalogue, or its file",
+    "snow_kind": "fresh, wet, groomed or icy, as the recording states it",
+    "wax": "wax as the recording states it",
+    "air_temperature_C": "temperature of the air as the recording states it",
+    "snow_temperature_C": "temperature of the snow as the recording states it",
+    "status": "done, diverged, failed or crashed; listed, failed or not read where the import made no recording",
+    "error": "why the run has no result, in one line",
+    "duration_s": "duration of the descent",
+    "length_m": "length of the descent along the snow, from speeds that are averaged over 5 s",
+    "vertical_m": "vertical drop of the descent",
+    "slope_deg": "mean slope: the angle whose sine is vertical over length",
+    "mean_speed_mps": "mean speed over ground",
+    "top_speed_mps": "largest speed over ground, averaged over 5 s",
+    "turns": "number of complete turns",
+    "technique": "most likely technique of the run",
+    "technique_carving": "probability that the skier carved",
+    "technique_skidding": "probability that the skier skidded",
+    "technique_wedge": "probability that the skier made a wedge",
+    "mu_t": "friction along the skis",
+    "mu_t_low": "lower end of its 90 % interval",
+    "mu_t_high": "upper end of its 90 % interval",
+    "effective_friction": "energy that the snow took over load times path",
+    "effective_friction_low": "lower end of its 90 % interval",
+    "effective_friction_high": "upper end of its 90 % interval",
+    "energy_lost_J_per_kg_m": "mechanical energy lost in complete turns, for a kilogram and a metre of drop",
+    "energy_lost_a_turn_J_per_kg": "mechanical energy lost in a complete turn for a kilogram, the median of the run",
+    "air_share": "share of the air in what snow and air took",
+    "track_error_m": "mean horizontal distance of the simulated antenna from the fixes",
+    "stands_out": "figures far from the median of the same descent or day, in words",
+    "key": "hash of all inputs of the run: files, settings and versions",
+    "recording_sha256": "hash of the recording's files",
+}
+_WORDS: Final = frozenset(
+    (
+        "run",
+        "recording",
+        "place",
+        "day",
+        "began_utc",
+        "skier",
+        "ski",
+        "snow_kind",
+        "wax",
+        "status",
+        "error",
+        "technique",
+    )
+    + ("stands_out", "key", "recording_sha256")
+)
+"""Columns of a season that hold words."""
 _NO_UNIT: Final = frozenset(
-    {
-        "lateral_ratio_p90",
-        "effective_friction",
-        "air_share_of_losses",
-        "technique_carving",
-        "technique_skidding",
-        "technique_wedge",
-    }
+    ("lateral_ratio_p90", "effective_friction", "air_share_of_losses", "turns", "mu_t", "mu_t_low", "mu_t_high")
+    + ("effective_friction_low", "effective_friction_high", "technique_carving", "technique_skidding")
+    + ("technique_wedge",)
 )
 _FIGURES: Final = {"mean": "mean", "min": "least", "max": "largest"}
 _MUSCLES: Final = (
@@ -210,7 +264,7 @@ def data_dictionary() -> list[Column]:
 
 @cache
 def _known() -> dict[tuple[str, str], Column]:
-    columns = [*_of_series(), *_of_measured(), *_of_turns(), *_of_draws(), *_of_opensim()]
+    columns = [*_of_series(), *_of_measured(), *_of_turns(), *_of_draws(), *_of_opensim(), *_of_season()]
     return {(column.file, column.name): column for column in columns}
 
 
@@ -267,6 +321,16 @@ def _of_series() -> Iterator[Column]:
         ("turn_phase", "initiation, control or completion"),
     ):
         yield _column(SERIES, name, "", meaning)
+
+
+def _of_season() -> Iterator[Column]:
+    for name, meaning in _OF_SEASON.items():
+        yield Column(SEASON, name, "" if name in _WORDS else unit_of(name) or "", "", meaning)
+
+
+def season_columns() -> tuple[Column, ...]:
+    """Return the columns of a season's table in order; those without a unit hold words."""
+    return tuple(_of_season())
 
 
 def _of_measured() -> Iterator[Column]:

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.api.result import Result
     from sssi_exudyn.recording.recording import Recording
     from sssi_exudyn.results.day import Day
+    from sssi_exudyn.season.season import Season
 
 MORE: Final = "--verbose prints every figure"
 _STRONGEST: Final = 3
@@ -75,6 +76,24 @@ def sweep_lines(counts: Mapping[str, object], folder: Path) -> list[str]:
     if (folder / PAGE).is_file():
         lines += [*_strongest(folder), f"page: {folder / PAGE}"]
     return lines
+
+
+def season_lines(season: Season, folder: Path) -> list[str]:
+    """Return how many runs have a result, what stands out, and the page's path."""
+    from sssi_exudyn.season.page import PAGE
+    from sssi_exudyn.season.table import CSV, read_season_table
+
+    table = read_season_table(folder)
+    counts = season.runs
+    others = ", ".join(f"{counts[name]} {name}" for name in ("diverged", "failed", "crashed", "left") if counts[name])
+    lines = [f"{counts['done']} of {counts['runs']} runs have a result" + (f", {others}" if others else "")]
+    without = len(table) - counts["runs"] + counts["left"]
+    if without:
+        lines.append(f"{without} rows of the import have no recording")
+    lines += [
+        f"stands out: {row.run}: {row.stands_out}" for row in table[table["stands_out"] != ""].head(3).itertuples()
+    ]
+    return [*lines, f"table: {folder / CSV}", f"page: {folder / PAGE}"]
 
 
 def import_lines(recording: Recording, out: Path) -> list[str]:

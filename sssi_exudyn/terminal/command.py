@@ -33,6 +33,7 @@ class Command:
     without : parameters of the function that the command does not have
     more : parameters that only the command line has
     call : called in place of the function, with the same arguments
+    several : function that is called for several of what ``function`` takes; the command has its options too
     """
 
     words: str
@@ -43,11 +44,16 @@ class Command:
     without: tuple[str, ...] = ()
     more: tuple[Parameter, ...] = ()
     call: Callable[..., Any] | None = None
+    several: Callable[..., Any] | None = None
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Return all that the command line takes for it."""
-        own = (parameter for parameter in parameters_of(self.function) if parameter.name not in self.without)
+        own = [parameter for parameter in parameters_of(self.function) if parameter.name not in self.without]
+        names = {parameter.name for parameter in own}
+        if self.several is not None:  # places are those of the function itself
+            further = (parameter for parameter in parameters_of(self.several) if parameter.by_name)
+            own += [parameter for parameter in further if parameter.name not in names]
         return (*(parameter for parameter in own if not isinstance(parameter.given, PythonOnly)), *self.more)
 
     def perform(self, options: argparse.Namespace, progress: Progress) -> Any:

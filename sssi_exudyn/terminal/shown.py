@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.recording.inspection import Inspection
     from sssi_exudyn.recording.recording import Recording
     from sssi_exudyn.results.day import Day
+    from sssi_exudyn.season.season import Season
     from sssi_exudyn.terrain.profile import SurfaceFigures
 
 Show = Callable[[Any, argparse.Namespace], str]
@@ -94,6 +95,24 @@ def show_result(result: Result, options: argparse.Namespace) -> str:
     return (format_summary(groups) if options.verbose else "") + _lines(answer_lines(result))
 
 
+def show_run(shown: Result | Season, options: argparse.Namespace) -> str:
+    """Show the answer of a result, or how many runs of a season have one.
+
+    Raises SssiError once a season is shown, where a run of it has no result.
+    """
+    from sssi_exudyn.season.season import Season
+    from sssi_exudyn.terminal.answers import season_lines
+
+    if not isinstance(shown, Season):
+        return show_result(shown, options)
+    text = to_json(shown) if options.json else _lines(season_lines(shown, options.out))
+    missing = shown.runs["runs"] - shown.runs["done"]
+    if missing:
+        sys.stdout.write(text)
+        raise SssiError(f"{missing} of {shown.runs['runs']} runs have no result; {options.out / 'season.csv'} says why")
+    return text
+
+
 def show_inspection(inspection: Inspection, options: argparse.Namespace) -> str:
     """Show what is in a recording."""
     from sssi_exudyn.recording.inspection import format_inspection
@@ -131,17 +150,17 @@ def show_imported(imported: Recording | Sequence[ImportedRun] | Sequence[DayPiec
     hidden = ("assumed", "notes", "start_utc", "vertical_m", "mean_mps", "top_mps")
     brief = [{name: row[name] for name in row if name not in hidden} for row in to_plain(imported)]
     text = to_json(imported) if options.json else format_table(brief)
-    words = _not_imported(imported)
+    words = _not_imported([row.status for row in imported])
     if words:
         sys.stdout.write(text)
         raise SssiError(f"{words}; {options.out / 'recordings.csv'} says why")
     return text
 
 
-def _not_imported(rows: Sequence[ImportedRun]) -> str:
+def _not_imported(statuses: Sequence[str]) -> str:
     """Count what has no recording after an import of a folder; "" where all of it has one."""
-    counts = Counter(row.status for row in rows)
-    runs = len(rows) - counts["not read"]
+    counts = Counter(statuses)
+    runs = len(statuses) - counts["not read"]
     words = [
         f"{counts['failed']} of {runs} runs could not be imported" if counts["failed"] else "",
         f"{counts['not read']} files were not read" if counts["not read"] else "",

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
-from sssi_exudyn.api import benchmark, catalogue, diagnosis, muscles, recordings, results, runs, sweeps
+from sssi_exudyn.api import benchmark, catalogue, diagnosis, muscles, recordings, results, runs, season, sweeps
+from sssi_exudyn.core.choices import Cluster
 from sssi_exudyn.core.command_line import Argument, Option
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.runtime.progress import Progress
@@ -19,6 +20,33 @@ def _diagnose(folders: list[Path], out: Path, *, progress: Progress, **options: 
     if len(folders) > 1:
         return diagnosis.diagnose_day(folders, out, progress=progress, **options)
     return diagnosis.diagnose(folders[0], out, progress=progress, **options)
+
+
+def _run(
+    folder: Path,
+    out: Path,
+    *,
+    progress: Progress,
+    workers: int | None,
+    scheduler: str | None,
+    cluster: Cluster | None,
+    **options: Any,
+) -> Any:
+    """Run one recording, or every recording of a folder; a worker is a process even where it is the only one."""
+    from sssi_exudyn.recording.recording import FILE
+
+    where = (workers, scheduler, cluster)
+    if (folder / FILE).exists() or not _holds_folders(folder):
+        if any(where):
+            problem = "workers are for a folder of recordings, and this is one"
+            raise InputError(folder, "", problem, "leave --workers, --scheduler and --cluster out")
+        return runs.run(folder, out, progress=progress, **options)
+    return season.do_season(folder, out, options, progress, where)
+
+
+def _holds_folders(folder: Path) -> bool:
+    """Tell whether a path is a folder with folders in it, so that recordings may be there."""
+    return folder.is_dir() and any(path.is_dir() for path in folder.iterdir())
 
 
 def _muscles(run: Path | None, out: Path | None, *, listed: bool, progress: Progress, **options: Any) -> Any:
@@ -102,7 +130,7 @@ COMMANDS: Final = (
     Command("benchmark diagnosis", benchmark.benchmark, shown.show_json, "commands.diagnosis"),
     Command("benchmark recordings", benchmark.diagnose_known, shown.show_rows, "commands.diagnosis"),
     Command("benchmark semi-real", benchmark.semi_real, shown.show_rows, "commands.diagnosis"),
-    Command("run", runs.run, shown.show_result, "commands.runs"),
+    Command("run", runs.run, shown.show_run, "commands.runs", call=_run, several=season.run_season),
     Command("report", results.report, shown.show_path("report"), "commands.runs"),
     Command("sweep start", sweeps.sweep, shown.show_counts, "sweeps.sweep", call=_sweep),
     Command(

@@ -15,6 +15,7 @@ import sssi_exudyn
 from sssi_exudyn import cli
 from sssi_exudyn.api.diagnosis import diagnose, diagnose_day
 from sssi_exudyn.api.recordings import import_day, import_files, import_folder
+from sssi_exudyn.api.season import RunOptions
 from sssi_exudyn.core import choices
 from sssi_exudyn.core.command_line import Argument, Option, PythonOnly
 from sssi_exudyn.core.errors import InputError
@@ -39,6 +40,9 @@ EVERYWHERE = {
 COMMAND_LINE_ONLY = {
     ("muscles", "--list"): "a table that needs no result",
     ("ski turn", "--json"): "Python returns the rows",
+    ("run", "--workers"): "of run_season",
+    ("run", "--scheduler"): "of run_season",
+    ("run", "--cluster"): "of run_season",
     ("sweep retry", "--failed"): "says what is repeated; Python repeats it by continuing in another folder",
 }
 NAMED_OTHERWISE = {
@@ -55,6 +59,8 @@ NO_COMMAND = {
     *("build", "read_recording", "model_of", "read_model", "load"),  # they return objects
     *("use_plugin", "check_term", "quantity"),  # for laws of one's own
     "diagnose_day",  # is ``sssi diagnose`` of several recordings
+    "run_season",
+    "load_season",  # the first is ``sssi run`` of a folder of recordings
     "import_day",  # is ``sssi import`` of a track with several descents
 }
 NOT_PUBLIC = {"terrain", "benchmark", "diagnose_known", "semi_real"}
@@ -146,6 +152,16 @@ def test_a_function_of_several_runs_has_the_options_of_one(one: Any, several: An
         for function in (one, several)
     )
     assert first == second
+
+
+def test_a_season_has_the_options_of_a_run() -> None:
+    one, several = (inspect.signature(function).parameters for function in (sssi_exudyn.run, sssi_exudyn.run_season))
+    options = {name for name, parameter in one.items() if parameter.kind is parameter.KEYWORD_ONLY}
+    assert set(RunOptions.__annotations__) == options - set(PYTHON_ONLY)
+    further = {name for name, parameter in several.items() if parameter.kind is parameter.KEYWORD_ONLY}
+    assert {f"--{name}" for name in further - set(PYTHON_ONLY)} == {
+        flag for words, flag in COMMAND_LINE_ONLY if words == "run"
+    }
 
 
 def test_an_option_of_several_commands_has_one_text() -> None:

@@ -147,7 +147,12 @@ def diagnosis_problem(
         measurements=measurements,
         fitting=fitting,
         key=fingerprint(
-            model_to_dict(model), motion, measurements.measured, measurements.counts, recording.uncertainty
+            model_to_dict(model),
+            motion,
+            measurements.measured,
+            measurements.counts,
+            recording.uncertainty,
+            recording.snow,
         ),
         progress=progress,
         cache=cache,

@@ -253,7 +253,8 @@ def _cut(material: Material, track: _Track, number: int, offset: float) -> Mater
     logs = tuple(cut_log(log, material.logs[0], start, stop) for log in material.logs)
     began = _utc(track, piece.first)
     about = f"; run {number} of {len(track.runs)} of the track" + (f", {began}" if began else "")
-    return replace(material, fixes=fixes, logs=logs, began=None, cut=(start, stop), about=about)
+    zero = None if track.fixes.began is None else track.fixes.began + start - offset
+    return replace(material, fixes=fixes, logs=logs, began=None, cut=(start, stop), about=about, start_utc=zero)
 
 
 def _utc(track: _Track, at: int) -> str:
