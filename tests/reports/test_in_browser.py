@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from a_season import ORIGIN, a_season
 from a_sweep import swept
 from a_whole_run import a_run_of_few_sensors, a_whole_run
 from browser import browser, shown
@@ -27,6 +28,7 @@ from sssi_exudyn.reports.section import Markup, Section
 from sssi_exudyn.reports.turn_page import turn_page
 from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.summary import Provenance
+from sssi_exudyn.season.page import render_season
 from sssi_exudyn.simulation.turns.steady_turn import TurnCase, edges_of, start_rolling, steady_turn
 from sssi_exudyn.simulation.turns.turn_rig import UNCERTAIN, RigPoint
 from sssi_exudyn.sweeps.page import render_sweep
@@ -34,7 +36,7 @@ from sssi_exudyn.sweeps.sensitivity_indices import indices_of
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Number
 from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import DayExplanation
 
-PAGES = ("report", "few sensors", "two runs", "sweep", "day", "skis", "bench", "awkward plots")
+PAGES = ("report", "few sensors", "two runs", "sweep", "day", "skis", "bench", "season", "awkward plots")
 WIDTHS = (1280, 390)
 LOOKS = ("light", "dark")
 LEAVES_ITS_FIGURE = """() => [...document.querySelectorAll("svg")].flatMap((svg) => {
@@ -147,6 +149,7 @@ def pages() -> dict[str, str]:
         "two runs": render([whole, other]),
         "sweep": a_page_of_a_sweep(),
         "day": a_page_of_a_day(),
+        "season": render_season(*a_season(), ORIGIN),
         "skis": a_page_of_skis(),
         "bench": a_page_of_a_bench(),
         "awkward plots": a_page_of_awkward_plots(),
