@@ -15,6 +15,7 @@ from sssi_exudyn.analysis.biomechanics import ResidualMoment
 from sssi_exudyn.io.typed import convert
 from sssi_exudyn.reports.answer import PLUS_MINUS
 from sssi_exudyn.reports.diagnosis_tiles import lines_of_diagnosis, tiles_of_diagnosis
+from sssi_exudyn.analysis.turn_style import StyleFigures
 from sssi_exudyn.reports.report import ASSUMED, SECTIONS, render
 from sssi_exudyn.reports.section import Items, Section, Text
 from sssi_exudyn.results.stored import StoredRun
@@ -160,3 +161,15 @@ def test_words_that_made_readers_stop_are_gone() -> None:
     page = render([whole, a_run_of_few_sensors(whole)])
     text = re.sub(r"<style.*?</style>|<script.*?</script>|<[^>]+>", " ", page, flags=re.DOTALL).lower()
     assert [words for words in STOPS_A_READER if re.search(rf"\b{words}\b", text)] == []
+
+
+@pytest.mark.usefixtures("words_only")
+def test_technique_of_few_sensors_is_a_probability_that_rests_on_no_posture(run: StoredRun) -> None:
+    few = a_run_of_few_sensors(run)
+    summary = replace(few.summary, technique=StyleFigures(0.1, 0.75, 0.15, "skidding"))
+    page = render([replace(few, summary=summary)])
+    text = before_contents(page)
+    assert "skidding" in text
+    assert "75\u00a0% probable" in text
+    assert "technique (assumed)" not in text
+    assert "carving 0.10, skidding 0.75, wedge 0.15" in page

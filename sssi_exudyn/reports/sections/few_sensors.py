@@ -90,8 +90,8 @@ def _rows(run: StoredRun, posture: Posture) -> list[tuple[str, str, str]]:
         )
     style = run.summary.technique
     if style is not None:
-        shares = f"carving {style.carving:.2f}, skidding {style.skidding:.2f}, wedge {style.wedge:.2f}"
-        rows.append(("technique", shares, "probabilities from friction, slope and speed of telephones' runs"))
+        likely = f"carving {style.carving:.2f}, skidding {style.skidding:.2f}, wedge {style.wedge:.2f}"
+        rows.append(("technique", likely, "probabilities from friction, slope and speed of telephones' runs"))
     return rows + [
         ("share in μ_t's standard error", number(value, 2), f"from the {name}")
         for name, value in (
