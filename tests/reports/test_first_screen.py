@@ -12,10 +12,10 @@ from a_run import a_run
 from a_whole_run import a_run_of_few_sensors, a_whole_run
 
 from sssi_exudyn.analysis.biomechanics import ResidualMoment
+from sssi_exudyn.analysis.turn_style import StyleFigures
 from sssi_exudyn.io.typed import convert
 from sssi_exudyn.reports.answer import PLUS_MINUS
 from sssi_exudyn.reports.diagnosis_tiles import lines_of_diagnosis, tiles_of_diagnosis
-from sssi_exudyn.analysis.turn_style import StyleFigures
 from sssi_exudyn.reports.report import ASSUMED, SECTIONS, render
 from sssi_exudyn.reports.section import Items, Section, Text
 from sssi_exudyn.results.stored import StoredRun
