@@ -328,7 +328,7 @@ def _read_began(settings: Settings, toml: Path) -> float | None:
     began = settings["began"]
     if not isinstance(began, datetime) or began.tzinfo is None:
         problem = f"{str(began)[:40]!r} is no date and time of day with its zone"
-        raise InputError(toml, "began", problem, "write it without quotes, such as began = 2026-02-17T10:12:00Z")
+        raise InputError(toml, "began", problem, "write it without quotes, such as began = 2026-02-17 10:12:00Z")
     return began.timestamp()
 
 

@@ -33,7 +33,8 @@ def result_figures(folder: Path) -> dict[str, float | str | None]:
     if effective is None:
         effective = _at(summary, "losses", "effective_friction")
     spread = _at(summary, "posture", "effective_friction", "se")
-    effective_low, effective_high = _interval(effective, spread)
+    stated = [_at(summary, "posture", "effective_friction_90", end) for end in ("low", "high")]
+    effective_low, effective_high = _interval(effective, spread) if None in stated else stated
     technique = summary.get("technique")
     known = technique if isinstance(technique, Mapping) else {}
     likely = known.get("most_likely")
