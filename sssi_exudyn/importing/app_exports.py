@@ -2,7 +2,8 @@
 
 Sensor Logger writes ``Gyroscope.csv``, ``TotalAcceleration.csv`` (or ``Accelerometer.csv`` and ``Gravity.csv``),
 ``Barometer.csv`` and ``Location.csv``; phyphox ``Gyroscope.csv``, ``Accelerometer.csv``, ``Pressure.csv`` and
-``Location.csv``.  A film of a GoPro camera holds fixes and a sensor.
+``Location.csv``.  A film of a GoPro camera holds fixes and a sensor.  ``RUN_imu.csv`` is a telephone's sensors in one
+file.
 """
 
 from __future__ import annotations
@@ -20,11 +21,14 @@ from sssi_exudyn.io.archive import unpack
 from sssi_exudyn.recording.instruments.gopro import SUFFIXES as CAMERAS
 
 _GYROSCOPE, _LOCATION = "gyroscope", "location"
+SENSOR: Final = "imu"
+"""Last word of the name of a telephone's sensors in one file, next to its track (``RUN_imu.csv``)."""
 _ACCELERATIONS: Final = (("totalacceleration",), ("accelerometer", "gravity"), ("accelerometer",))
 """Files that hold the acceleration with gravity, the first of which that are there are taken."""
 _PRESSURES: Final = ("barometer", "pressure")
 ARCHIVE: Final = ".zip"
 _USUAL_PLACE, _CAMERA_PLACE = "pocket", "helmet"
+_IN_A_POCKET: Final = "the telephone is assumed to have been in a pocket (give PLACE=FILE, such as chest=, where not)"
 
 
 _NAMES: Final = (_GYROSCOPE, _LOCATION, *dict.fromkeys(name for names in _ACCELERATIONS for name in names), *_PRESSURES)
@@ -61,7 +65,8 @@ def files_given(files: Sequence[Path]) -> Iterator[list[Path]]:
 
 
 def with_places(files: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
-    """Return the files with the place of a telephone in a pocket before an app's gyroscope and accelerometer.
+    """Return the files with the place of a telephone in a pocket before an app's gyroscope and accelerometer, or before
+    the one file of a telephone's sensors.
 
     Files that have a place already keep it, and where a sensor has one nothing is assumed.  Orientations of sensors
     (``opensense``) come once for each place that their columns name.  The second value says in words what was assumed.
@@ -77,7 +82,10 @@ def with_places(files: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
         unused = {name for names in _ACCELERATIONS for name in names} - set(taken)
         places |= {free[name]: _USUAL_PLACE for name in (_GYROSCOPE, *taken)}
         places |= {free[name]: None for name in unused if name in free}  # the acceleration in another form
-        notes = ("the telephone is assumed to have been in a pocket (give PLACE=FILE, such as chest=, where not)",)
+        notes = (_IN_A_POCKET,)
+    elif len(logs := [free[name] for name in free if name.split("_")[-1] == SENSOR]) == 1 and not placed - {BAROMETER}:
+        places[logs[0]] = _USUAL_PLACE
+        notes = (_IN_A_POCKET,)
     elif len(films) == 1 and not placed - {BAROMETER}:
         files = [*files, Path(f"{_CAMERA_PLACE}={films[0]}")]
         notes = ("the camera is assumed to have been on the helmet (give PLACE=FILE, such as chest=, where not)",)

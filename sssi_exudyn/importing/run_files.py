@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.importing.app_exports import ARCHIVE, app_files
+from sssi_exudyn.importing.app_exports import ARCHIVE, SENSOR, app_files
 from sssi_exudyn.importing.assemble import has_two_of_a_kind
 from sssi_exudyn.importing.insole_exports import SUFFIXES as INSOLE_EXPORTS
 from sssi_exudyn.importing.insole_exports import is_insole_export
@@ -25,6 +26,10 @@ _MOST: Final = 10_000
 """Maximum number of files and folders that are looked at: a season of a team has some thousand."""
 _DEEPEST: Final = 8
 """Maximum depth of folders within folders: season, month, day, skier, telephone and its exports are six."""
+
+_PLACES: Final = (*PLACES, BAROMETER)
+_PARTS: Final = (SENSOR, "gnss", "gps", "fixes", "location", "track", *_PLACES)
+"""Last words of the names of files that are parts of one run."""
 
 
 @dataclass
@@ -70,8 +75,8 @@ def find_run_files(folder: Path, out: Path) -> tuple[list[RunFiles], list[Unread
     """Return the files of every run below ``folder`` except in ``out``, and what belongs to none.
 
     A folder below it is one run where its files are one of each kind, such as a capture, a track and insoles.
-    Otherwise its files are grouped by their names: ``run_07.mvnx`` and ``run_07.gpx`` are one run.  Hidden files and
-    links to folders are left out.
+    Otherwise its files are grouped by their names: ``run_07.mvnx`` and ``run_07.gpx`` are one run, as are
+    ``run_07_imu.csv`` and ``run_07_gnss.csv``.  Hidden files and links to folders are left out.
 
     Raises InputError for more files than any season has, and for a folder that cannot be read.
     """
@@ -130,15 +135,27 @@ def _sort_folder(met: _Sorted, place: Path, files: Sequence[Path]) -> None:
         usable = [path for path in usable if _is_archive(path)]
         others = []
     prefix = "" if place == met.top else f"{name}/"
-    for path in usable:
-        own = prefix + path.name.partition(".")[0]
-        met.run(f"{own}_zip" if _is_archive(path) and own in met.runs else own).files.append(_with_place(path))
+    parts = {path: _split_name(path) for path in usable}
+    shared = Counter(own for own, part in parts.values() if part)
+    for path, (base, part) in parts.items():
+        own = prefix + (base if shared[base] > 1 else path.name.partition(".")[0])
+        placed = Path(f"{part}={path}") if shared[base] > 1 and part in _PLACES else _with_place(path)
+        met.run(f"{own}_zip" if _is_archive(path) and own in met.runs else own).files.append(placed)
     for path in others:
         own = prefix + path.name.partition(".")[0]
         if own in met.runs:
             met.runs[own].others.append(path.name)
         else:
             met.unread.append(Unread(met.name_of(path), f"no reader for {path.suffix or path.name!r}"))
+
+
+def _split_name(path: Path) -> tuple[str, str]:
+    """Return the name of a file's run, and which part of it the file is: empty where the name does not say."""
+    stem = path.name.partition(".")[0]
+    for part in _PARTS:
+        if stem.lower().endswith(f"_{part}"):
+            return stem[: -len(part) - 1], part
+    return stem, ""
 
 
 def _is_archive(path: Path) -> bool:
@@ -162,7 +179,7 @@ def _is_usable(path: Path) -> bool:
 def _with_place(path: Path) -> Path:
     """Return a file with its place before it where its name is that of a single sensor's place."""
     place = path.stem.lower()
-    return Path(f"{place}={path}") if place in (*PLACES, BAROMETER) else path
+    return Path(f"{place}={path}") if place in _PLACES else path
 
 
 def _is_recognised(path: Path) -> bool:

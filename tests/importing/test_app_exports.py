@@ -110,13 +110,17 @@ def test_an_archive_of_an_app_stands_for_its_files(tmp_path: Path) -> None:
 
 
 def test_a_sensors_file_without_its_place_is_told_so(tmp_path: Path) -> None:
-    log = tmp_path / "imu.csv"
+    log = tmp_path / "sensor.csv"
     log.write_text("t_s,ax,ay,az,gx,gy,gz\n0,1,2,3,4,5,6\n", encoding="utf-8")
     fixes = tmp_path / "gps.csv"
     fixes.write_text("time_s,latitude_deg,longitude_deg,altitude_m\n", encoding="utf-8")
     for files in ([log, fixes], [fixes, log]):
-        with pytest.raises(InputError, match=r"imu.csv: it is a sensor's file.*write its place before it: pocket=imu"):
+        with pytest.raises(InputError, match=r"sensor.csv: it is a sensor's file.*write its place before it: pocket=sensor"):
             import_recording(files, tmp_path / "out", Answers())
+    telephone = log.rename(tmp_path / "monday_imu.csv")
+    sources = sort_sources([telephone, fixes])
+    assert sources.sensors == (("pocket", telephone),)
+    assert "assumed to have been in a pocket" in " ".join(sources.notes)
     both = tmp_path / "both.csv"  # a table of a logger that has everything is fixes without a place, a sensor with one
     both.write_text("t_s,lat,lon,alt_m,ax,ay,az,gx,gy,gz\n", encoding="utf-8")
     assert sort_sources([Path(f"chest={both}"), both]).gps == both

@@ -30,6 +30,24 @@ def test_a_folder_of_one_of_each_kind_is_a_run_and_of_several_is_many(tmp_path: 
     }  # fmt: skip
 
 
+def test_parts_of_a_run_are_found_by_the_last_word_of_their_names(tmp_path: Path) -> None:
+    write(
+        tmp_path,
+        "Mon_1_imu.csv",
+        "Mon_1_gnss.csv",
+        "Mon_2_left_ski.csv",
+        "Mon_2_gps.gpx",
+        "alone_gps.gpx",
+        "a_track.gpx",
+    )
+    assert names_of(tmp_path) == {
+        "Mon_1": ["Mon_1_gnss.csv", "Mon_1_imu.csv"], "Mon_2": ["Mon_2_gps.gpx", "Mon_2_left_ski.csv"],
+        "a_track": ["a_track.gpx"], "alone_gps": ["alone_gps.gpx"],
+    }  # fmt: skip
+    runs, _ = find_run_files(tmp_path, tmp_path / "out")
+    assert [str(path).partition("=")[0] for run in runs for path in run.files if "=" in str(path)] == ["left_ski"]
+
+
 def test_folders_within_folders_exports_and_archives_are_read(tmp_path: Path) -> None:
     write(
         tmp_path, "january/ada/phone/Gyroscope.csv", "january/ada/phone/Location.csv", "january/ada/phone/Metadata.csv"
