@@ -120,19 +120,19 @@ def plan_season(folder: Path, out: Path, options: Options, terms: Sequence[Term]
 
     Raises InputError where there is no recording, for more runs than any season has, and for files that cannot be read.
     """
-    found = list(find_recordings(folder, out))
-    if not found:
+    folders = list(find_recordings(folder, out))
+    if not folders:
         raise InputError(folder, "", f"no folder in it holds a {FILE}", "make recordings with sssi import")
     plugins = origins_of(type(term) for term in terms)
     known = versions()
     shared = ("season", options, known, [plugin.as_table() for plugin in plugins])
-    digests = [_digest(path) for path in found]
-    names = tuple(path.relative_to(folder).as_posix() for path in found)
+    digests = [_digest(path) for path in folders]
+    names = tuple(path.relative_to(folder).as_posix() for path in folders)
     return SeasonPlan(
-        SeasonJob(tuple(known.items()), tuple(str(path) for path in found), names, options, plugins),
+        SeasonJob(tuple(known.items()), tuple(str(path) for path in folders), names, options, plugins),
         tuple(fingerprint(*shared, name, digest)[:_KEY] for name, digest in zip(names, digests, strict=True)),
         tuple(digests),
-        tuple(_stated(path) for path in found),
+        tuple(_stated(path) for path in folders),
     )
 
 
