@@ -13,8 +13,8 @@ from sssi_exudyn.recording.recording import Recording
 
 POINTS: Final = 60
 """Number of points of a track on the map: a run of 1 km has one every 17 m, a receiver's own error is 5 m."""
-_EVERY: Final = 5.0
-"""s between the points of a track, at least: the fewest that show turns of a short run as a path."""
+_EVERY: Final = 1.0
+"""s between the points of a track, at least: a turn of a slow skier lasts three."""
 
 
 def descent_figures(recording: Recording) -> dict[str, float | None]:

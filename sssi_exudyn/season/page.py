@@ -65,7 +65,7 @@ def render_season(table: pd.DataFrame, tracks: Mapping[str, Array], origin: Prov
         Section("Origin of this season", _origin(origin), f"The hashes of {_count(len(origin.inputs), 'recording')}."),
     ]
     lead = tiles_html(_tiles(seen, done))
-    return document(_title(table), lead, [section for section in sections if section.blocks])
+    return document(_title(seen), lead, [section for section in sections if section.blocks])
 
 
 def _title(table: pd.DataFrame) -> str:

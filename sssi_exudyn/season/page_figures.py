@@ -39,7 +39,7 @@ def map_of_tracks(table: pd.DataFrame, tracks: Mapping[str, Array]) -> tuple[Blo
     for area in range(min(_MOST_AREAS, max(areas) + 1)):
         own = [name for name, of in zip(names, areas, strict=True) if of == area]
         paths = local([tracks[name][:, :2] for name in own])
-        title = f"{len(own)} runs" if area else f"The area with the most runs: {len(own)}"
+        title = f"Area {area + 1}: {len(own)} run{'s' * (len(own) != 1)}"
         panels.append(Panel(title, f"map of {len(own)} tracks", _draw_map(paths, [places[name] for name in own])))
     left = len(tracks) - len(names)
     more = f"; {left} more tracks are not drawn" if left > 0 else ""

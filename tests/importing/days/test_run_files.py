@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.importing.run_files import find_run_files
+from sssi_exudyn.importing.days.run_files import find_run_files
 
 
 def write(folder: Path, *names: str) -> Path:
