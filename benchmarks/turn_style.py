@@ -180,11 +180,11 @@ def main() -> None:
         "slowness_alone_skidded_below_snowplow": area(slowness[classes == 1], slowness[classes == 2]),
         "not_counted": table[known.isna()]["run"].tolist(),
     }
-    each = judged.assign(**dict(zip(STYLES, shares.T, strict=True)))
-    print(each.round(3).to_string(index=False))
+    listed = judged.assign(**dict(zip(STYLES, shares.T, strict=True)))
+    print(listed.round(3).to_string(index=False))
     print(json.dumps(result, indent=1))
     if options.json:
-        options.json.write_text(json.dumps({**result, "each": each.to_dict("records")}, indent=1), encoding="utf-8")
+        options.json.write_text(json.dumps({**result, "each": listed.to_dict("records")}, indent=1), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -257,7 +257,7 @@ class _Curvature:
     def solve(self, nodes: Array, run: Array) -> tuple[Array, Array]:
         """Return the solution for a right side (3 k, …), (5, …)."""
         inner = cho_solve_banded((self.factor, True), nodes)
-        of_run = np.linalg.solve(self.corner, run - self.border.T @ inner)
+        of_run = np.asarray(np.linalg.solve(self.corner, run - self.border.T @ inner), dtype=np.float64)
         return inner - self.solved @ of_run, of_run
 
 

@@ -91,7 +91,8 @@ def style_features(path: PathEstimate, start: float = -np.inf, stop: float = np.
 def style_of(path: PathEstimate) -> StyleFigures:
     """Return the technique of a run."""
     shares = style_model().probabilities(style_features(path), path.effective_sigma)
-    return StyleFigures(*(float(share) for share in shares), most_likely=STYLES[int(np.argmax(shares))])
+    carving, skidding, wedge = shares.tolist()
+    return StyleFigures(carving, skidding, wedge, STYLES[int(np.argmax(shares))])
 
 
 def add_styles(turns: pd.DataFrame, path: PathEstimate) -> pd.DataFrame:

@@ -15,7 +15,7 @@ from sssi_exudyn.reports.sentences import differences, sentences
 from sssi_exudyn.reports.verdict import SYMBOLS, WORDS, Verdict, verdict_of
 from sssi_exudyn.results.stored import StoredRun
 
-_OF_POSTURE = ("technique", "load share")
+_OF_POSTURE: tuple[str, ...] = ("technique", "load share")
 """Tiles that rest on the posture."""
 
 
