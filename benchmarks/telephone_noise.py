@@ -78,10 +78,10 @@ def judge(linear: LinearModel, at: list[int], kind: tuple[float, float], rng: np
         if place.stop > place.start:
             measured[place] += draw_uneven_noise(rng, seen.time_of(name), levels.of(name), seen.scale[place])
     drawn = replace(linear, residual=measured)
-    found, _ = best_levels(drawn, usual)
-    mean, _ = estimate_amounts(drawn, found)
-    spread = np.sqrt(np.diag(averaged_covariance(drawn, found)))[at]
-    return (mean[at] - true[at]) / spread, spread * free.scales[at], np.array([found.gps.sigma / seen.gps_sigma])
+    shown, _ = best_levels(drawn, usual)
+    mean, _ = estimate_amounts(drawn, shown)
+    spread = np.sqrt(np.diag(averaged_covariance(drawn, shown)))[at]
+    return (mean[at] - true[at]) / spread, spread * free.scales[at], np.array([shown.gps.sigma / seen.gps_sigma])
 
 
 def main() -> None:

@@ -113,12 +113,13 @@ def test_noise_levels_are_found() -> None:
     assert levels.load.sigma == pytest.approx(LEVELS.load.sigma, rel=0.15)
 
 
+@pytest.mark.long(seconds=3)
 def test_evidence_over_the_noise_of_fixes_is_that_of_a_fine_grid() -> None:
     given = linear_model()
     levels, _ = best_levels(given, given.measurements.usual)
     usual = given.measurements.usual
     priors = [level_priors(usual)[f"gps.{name}"] for name in ("sigma", "correlation_time")]
-    steps = [np.linspace(-6.0, 6.0, 61) * prior.spread for prior in priors]
+    steps = [np.linspace(-5.0, 5.0, 36) * prior.spread for prior in priors]
     logs = [
         log_evidence(given, other) + log_prior(usual, other)
         for sigma in np.exp(steps[0])
