@@ -333,7 +333,7 @@ class UsualLevels(NoiseLevels):
         """The force that every explanation of the run has; None where a receiver is so good that it would hide what is
         looked for.
         """
-        return NULL_FORCE if self.receiver is CONSUMER_FIXES else None
+        return NULL_FORCE if isinstance(self.receiver, ConsumerFixNoise) else None
 
     def declared(self, instrument: str) -> InstrumentNoise:
         """Return what is declared of an instrument's noise."""
