@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.section import Block, Drawing, Key, Panel, Panels
+from sssi_exudyn.reports.section import Block, Key, Panel, Panels
 from sssi_exudyn.season.figures import TECHNIQUES
 from sssi_exudyn.season.places import areas_of, local
 
@@ -22,6 +22,10 @@ _MOST_AREAS: Final = 4
 _MOST_PLACES: Final = 6
 _MOST_BARS: Final = 40
 """Maximum number of runs with a bar of their own."""
+_LONGEST: Final = 12
+"""Characters of a run's name next to its bar, which leave room for the bars on a telephone."""
+_OF_TECHNIQUE: Final = (1, 0, 2)
+"""Colours of the techniques."""
 _MOST_POINTS: Final = 2000
 """Maximum number of runs in a figure over time."""
 _SHOWN_DAYS: Final = 12
@@ -44,7 +48,7 @@ def map_of_tracks(table: pd.DataFrame, tracks: Mapping[str, Array]) -> tuple[Blo
     left = len(tracks) - len(names)
     more = f"; {left} more tracks are not drawn" if left > 0 else ""
     caption = f"Tracks from above, north up, a dot where each begins; letters name shared descents{more}"
-    return (Panels(caption, tuple(panels), (), 6.4, 4.4),)
+    return (Panels(caption, tuple(panels), (), 5.0, 3.6),)
 
 
 def _draw_map(paths: Sequence[Array], places: Sequence[str]) -> Callable[[Axes], None]:
@@ -154,14 +158,16 @@ def technique_bars(done: pd.DataFrame) -> tuple[Block, ...]:
 
     def draw(axes: Axes) -> None:
         before = np.zeros(len(known))
-        names = [one_line(name, 24) for name in known["run"]]
+        names = [one_line(name.rpartition("/")[2], _LONGEST) for name in known["run"]]
         rows = np.arange(len(known))
         for index, technique in enumerate(TECHNIQUES):
             share = known[f"technique_{technique}"].fillna(0.0).to_numpy(dtype=float)
-            axes.barh(rows, share, left=before, color=plots.COLOURS[(1, 0, 2)[index]], label=technique, height=0.7)
+            axes.barh(rows, share, left=before, color=plots.COLOURS[_OF_TECHNIQUE[index]], height=0.7)
             before += share
         axes.set_yticks(rows, names)
         axes.invert_yaxis()
         axes.set(xlabel="probability", xlim=(0.0, 1.0))
 
-    return (Drawing("Probability of each technique, a bar a run", draw, 1.0 + 0.24 * len(known)),)
+    keys = tuple(Key(_OF_TECHNIQUE[index], ".", technique) for index, technique in enumerate(TECHNIQUES))
+    panel = Panel("Technique of each run", "probability of each technique, a bar a run", draw)
+    return (Panels("Probability of each technique, a bar a run", (panel,), keys, 4.6, 1.0 + 0.24 * len(known)),)
