@@ -170,6 +170,6 @@ def test_technique_of_few_sensors_is_a_probability_that_rests_on_no_posture(run:
     page = render([replace(few, summary=summary)])
     text = before_contents(page)
     assert "skidding" in text
-    assert "75\u00a0% probable" in text
+    assert "75 % probable" in text
     assert "technique (assumed)" not in text
     assert "carving 0.10, skidding 0.75, wedge 0.15" in page
