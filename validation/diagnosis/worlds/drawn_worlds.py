@@ -39,9 +39,9 @@ class Worlds:
 def draw_worlds(
     geometry: Geometry, known: Uncertain, answers: Sequence[Answer], count: int, rng: np.random.Generator
 ) -> Worlds:
-    """Draw about ``count`` worlds, of each answer its share; the uncertain is ``known`` at the geometry's levels."""
-    counts = [max(1, round(answer.share * count)) for answer in answers]
-    labels = np.repeat(np.arange(len(answers)), counts)
+    """Draw ``count`` worlds, of each answer its share; the uncertain is ``known`` at the geometry's levels."""
+    ends = np.round(np.cumsum([0.0, *(answer.share for answer in answers)]) * count).astype(int)
+    labels = np.repeat(np.arange(len(answers)), np.diff(ends))
     moved = np.empty((len(geometry.linear.residual), len(labels)))
     for k, label in enumerate(labels.tolist()):
         families = answers[label].families

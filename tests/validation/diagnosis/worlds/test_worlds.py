@@ -173,6 +173,7 @@ def test_a_plug_in_s_law_has_its_own_worlds_and_the_same_recording_the_same_answ
         NOTHING_MISSING, "gps_jump", "gps_delay", "valley_breeze", NOT_IN_THE_LIST, TWO_AT_ONCE
     }  # fmt: skip
     assert sum(judged.probabilities.values()) == pytest.approx(1.0)
+    assert judged.runs == 1500
     assert judged == judge(train(few, replace(fitted, thresholds=replace(FEWER, worlds=1500)), hypotheses), few)
 
 
