@@ -116,7 +116,7 @@ def test_series_have_units(result: Result) -> None:
     assert units["com_velocity_up_mps"] == "m/s"
     assert units["knee_angle_r_moment_Nm"] == "N m"
     assert "units" not in result.stored.series.attrs  # what is written stays as it was
-    assert with_units(pd.DataFrame({"mu_t": [0.1]})).attrs["units"] == {}
+    assert with_units(pd.DataFrame({"of_no_table": [0.1]})).attrs["units"] == {}
 
 
 @pytest.mark.usefixtures("words_only")

@@ -115,7 +115,9 @@ def test_a_sensors_file_without_its_place_is_told_so(tmp_path: Path) -> None:
     fixes = tmp_path / "gps.csv"
     fixes.write_text("time_s,latitude_deg,longitude_deg,altitude_m\n", encoding="utf-8")
     for files in ([log, fixes], [fixes, log]):
-        with pytest.raises(InputError, match=r"sensor.csv: it is a sensor's file.*write its place before it: pocket=sensor"):
+        with pytest.raises(
+            InputError, match=r"sensor.csv: it is a sensor's file.*write its place before it: pocket=sensor"
+        ):
             import_recording(files, tmp_path / "out", Answers())
     telephone = log.rename(tmp_path / "monday_imu.csv")
     sources = sort_sources([telephone, fixes])
