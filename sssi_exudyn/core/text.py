@@ -51,6 +51,11 @@ def plus_minus(value: float, spread: float) -> str:
     return f"{value:.{digits}f} ± {spread:.{digits}f}"
 
 
+def metres(value: float) -> str:
+    """Return a length in m, to the millimetre below a metre and to three digits above."""
+    return f"{value:.3f}" if value < 1.0 else f"{value:.2f}" if value < 10.0 else f"{value:.1f}"
+
+
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """Return the fix for an unknown name: the nearest known name, or else all known names."""
     names = sorted(known)

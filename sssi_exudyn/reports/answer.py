@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from sssi_exudyn.core.text import metres
 from sssi_exudyn.reports.section import Tile
 from sssi_exudyn.reports.sentences import SKIDDED_DEG, WEDGE_DEG, mean_of, steering_is_assumed
 from sssi_exudyn.reports.verdict import verdict_of
@@ -116,8 +117,8 @@ def _track(summary: Summary) -> Tile | None:
     trajectory = summary.trajectory
     if trajectory.mean_error_m is None:
         return None
-    most = "" if trajectory.max_error_m is None else f", {trajectory.max_error_m:.3f} m at most"
-    return Tile("track", f"{trajectory.mean_error_m:.3f} m", f"from the GPS on average{most}")
+    most = "" if trajectory.max_error_m is None else f", {metres(trajectory.max_error_m)} m at most"
+    return Tile("track", f"{metres(trajectory.mean_error_m)} m", f"from the GPS on average{most}")
 
 
 def _load(summary: Summary) -> Tile | None:

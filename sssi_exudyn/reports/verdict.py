@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from sssi_exudyn.analysis.biomechanics import RESIDUAL_MOMENT, ResidualMoment
+from sssi_exudyn.core.text import metres
 from sssi_exudyn.results.summary import Summary
 
 Level = Literal["good", "care", "bad"]
@@ -21,6 +22,9 @@ _UNPREDICTED: Final = 2.0
 """Times the error of a constant speed from which a prediction is not to be trusted at all; chosen."""
 LEAST_CLOSURE: Final = 1.0
 """% of the turnover; a gap in the energy balance of that size changes μ_t by as much as its standard error or less."""
+MOST_OF_LENGTH: Final = 3.0
+"""% of the path's length by which a run of few sensors leaves the GPS on average before it is said; chosen: skis that
+point 3° another way all the time."""
 
 
 @dataclass(frozen=True)
@@ -160,6 +164,17 @@ def _speed_is_not_predicted(summary: Summary) -> Verdict | None:
     return Verdict("bad" if unknown else "care", "The predicted speed", reason)
 
 
+def _track_of_few_sensors(summary: Summary) -> Verdict | None:
+    share, error = summary.trajectory.percent_of_length, summary.trajectory.mean_error_m
+    if summary.posture is None or share is None or error is None or share <= MOST_OF_LENGTH:
+        return None
+    reason = (
+        f"It leaves the GPS by {metres(error)} m on average, {share:.1f}\u00a0% of the path: "
+        "the course is poorly known. Effective friction follows from speed and height along the measured path."
+    )
+    return Verdict("care", "The simulated path", reason)
+
+
 def _moment(summary: Summary) -> Verdict | None:
     beyond = beyond_limits(summary)
     if not beyond or summary.posture is not None:  # a moment of an assumed posture measures only the assumptions
@@ -201,6 +216,7 @@ CHECKS: Final[tuple[Callable[[Summary], Verdict | None], ...]] = (
     _speed_is_not_predicted,
     _moment,
     _closure,
+    _track_of_few_sensors,
     _assumed,
     _not_fitted,
 )

@@ -57,6 +57,12 @@ OBJECTIONS = {
     "both": ({"residual_moment": {"peak_Nm": 90.0, "rms_Nm": 60.0}}, "bad", "The residual moment", "exceed"),
     "energy": ({"energy": {"closure_percent": 3.0}}, "care", "The energy balance", "3.0\u00a0%"),
     "posture": ({"posture": POSTURE}, "care", "The posture", "assumed"),
+    "path of few sensors": (
+        {"posture": POSTURE, "trajectory": {"mean_error_m": 72.1, "percent_of_length": 6.7}},
+        "care",
+        "The simulated path",
+        "by 72.1 m on average, 6.7\u00a0% of the path",
+    ),
     "moment of an assumed posture": (
         {"posture": POSTURE, "residual_moment": {"peak_Nm": 430.0, "rms_Nm": 190.0}},
         "care",

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 
 from sssi_exudyn.bodies.skier.chain import SEGMENT
 from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.core.text import metres
 from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.section import Key, Panel, Panels, Runs, Section, figure_section, say_of_each
 from sssi_exudyn.reports.sections.linked_turns import Cycle, cycles_of
@@ -51,7 +52,7 @@ def _met(run: StoredRun) -> str:
     trajectory, ratio = run.summary.trajectory, run.summary.pressure_ratio
     words = []
     if trajectory.mean_error_m is not None:
-        words.append(f"the simulated antenna is {trajectory.mean_error_m:.3f} m from the GPS on average")
+        words.append(f"the simulated antenna is {metres(trajectory.mean_error_m)} m from the GPS on average")
     if ratio.rmsd is not None:
         words.append(f"the left foot's share of the load is {100.0 * ratio.rmsd:.0f}\u00a0% off (rms)")
     return " and ".join(words) or "there is no measurement to compare the run with"
