@@ -56,7 +56,8 @@ that began before a module moved goes on.
 """
 _LATER: Final = {
     "Model": ("surface", "posture", "heading"),
-    "Recording": ("elevations", "poles"),
+    "Recording": ("elevations", "poles", "began", "snow"),
+    "Skier": ("name",),
     "Equipment": (
         "boot_sole_length", "boot_centre", "ramp_angle", "cuff_edging", "cuff_flexion", "cuff_lean", "pole_mass",
         "pole_length",
