@@ -5,9 +5,9 @@
 h is a process over the plane with waves of all lengths, a sum of Matérn 5/2 processes.  c and g are the height's origin
 and the plane's own error, with prior standard deviations ``OFFSET`` and ``TILT``.  e is the receiver's slow error
 (exponential correlation over ``noise.correlation_time``), and w is the error that is independent from fix to fix.  The
-amplitudes of short, middle and long waves make the heights most probable, with a weak prior.  Single fixes that are far
-off count less (``core.noise.tail_weight``).  Heights of other runs on the slope are included; each run has an origin c
-and a slow error e of its own.
+waves' amplitude makes the heights most probable, with a weak prior.  Single fixes that are far off count less
+(``core.noise.tail_weight``).  Heights of other runs on the slope are included; each run has an origin c and a slow
+error e of its own.
 
 Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to 2.30 and 4.17.
 """
@@ -15,12 +15,12 @@ Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Final
 
 import numpy as np
 from scipy.linalg import block_diag, cho_solve, cholesky
-from scipy.optimize import minimize
+from scipy.optimize import minimize_scalar
 
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.core.noise import ExponentialNoise, Scale, tail_weight, uneven_covariance
@@ -33,10 +33,7 @@ TILT: Final = float(np.radians(1.0))
 AMPLITUDE: Final = (0.3, 1.0)
 """Usual deviation of a groomed slope from its plane, m, and the standard deviation of its logarithm."""
 WAVES: Final = ((0.33, 6.0), (0.67, 15.0), (1.33, 40.0))
-"""Usual share of the slope's amplitude in its waves, and their length (m): waves of each length make slopes alike."""
-SHARES: Final = 0.7
-"""Standard deviation of the logarithm of the amplitude of one length, where that of all is known: hills have long waves
-without short ones, and moguls the reverse."""
+"""Share of the slope's amplitude in its waves, and their length (m): waves of each length make slopes alike."""
 STEEPNESS: Final = float(np.sqrt(5.0 / 3.0 * sum((share / length) ** 2 for share, length in WAVES)))
 """Root mean square slope of such waves per metre of amplitude, 1/m (of Matérn 5/2, √(5/3)/length)."""
 _AMPLITUDES: Final = (0.003, 5.0)
@@ -45,8 +42,8 @@ SHORT: Final = 0.5
 LEAST: Final = 4
 """Minimum number of heights for a surface."""
 _ROUNDS: Final = 10
-_TOLERANCE: Final = 0.01
-"""Tolerance of the log posterior density of the amplitudes."""
+_TOLERANCE: Final = 0.05
+"""Tolerance of the amplitude's logarithm."""
 _SETTLED: Final = 0.05
 """Change of a weight below which the weights have settled."""
 _MOST: Final = 500
@@ -126,23 +123,18 @@ class Noticed:
 class Estimate:
     """The posterior of the surface.
 
-    amplitudes : (w,) m of the waves of each length
+    amplitude : amplitude of the process, m
     weight : (m,) weight of each height, those of the run at hand first; 1 for an ordinary one
     """
 
     heights: Heights
-    amplitudes: Array
+    amplitude: float
     weight: Array
-
-    @property
-    def amplitude(self) -> float:
-        """Amplitude, m, of a process with usual shares that is as steep."""
-        return float(steepness_of(self.amplitudes) / STEEPNESS)
 
     @cached_property
     def _solved(self) -> tuple[Array, Array]:
         """Cholesky factor (m, m) of the heights' covariance, and its solution (m,) for the heights."""
-        factor = cholesky(_covariance(self.heights, self.amplitudes, self.weight), lower=True)
+        factor = cholesky(_covariance(self.heights, self.amplitude, self.weight), lower=True)
         return factor, cho_solve((factor, True), self.heights.all_heights)
 
     def _cross(self, places: Array) -> Array:
@@ -151,7 +143,7 @@ class Estimate:
 
     def _prior(self, a: Array, b: Array) -> Array:
         """Return the prior covariance (m, n) m² of the surface at places (m, 2) and (n, 2)."""
-        return _of_surface(a, b, self.amplitudes)
+        return _of_surface(a, b, self.amplitude)
 
     def mean(self, places: Array) -> Array:
         """Return the mean height (m,) m over the slope's plane at ``places`` (m, 2), up to a constant."""
@@ -196,7 +188,7 @@ class Estimate:
         nodes, first = empty.nodes(), self.heights.places[:1]
         places, table = self._noticed(noticed)
         gain = cho_solve((self._solved[0], True), self._cross(places).T).T  # (places, heights)
-        waves = _of_waves(places, places, self.amplitudes)
+        waves = _of_waves(places, places, self.amplitude)
         sizes, shapes = self._leading(table @ (waves @ table.T))
         mixed = table.T @ (shapes / sizes)
 
@@ -208,7 +200,7 @@ class Estimate:
         unknown = OFFSET**2 + _EXACT**2 * np.eye(len(places))
         known = cholesky(_with_tilt(waves, places, places) + unknown, lower=True)
         follow = cho_solve((known, True), modes(places, waves).T).T
-        on_nodes, at_first = (modes(at, _of_waves(at, places, self.amplitudes)) for at in (nodes, first))
+        on_nodes, at_first = (modes(at, _of_waves(at, places, self.amplitude)) for at in (nodes, first))
         shown = on_nodes - at_first
         smooth = gain - cho_solve((self._solved[0], True), self._cross(first).T).T
         amounts = follow @ smooth @ self.heights.all_heights
@@ -236,7 +228,7 @@ class Estimate:
         """Return the standard deviation (n,) m at ``nodes`` (n, 2), relative to the mean height along the path."""
         with_path, along_path = self._cross(nodes), self._cross(self.heights.places)
         cross = with_path - along_path.mean(axis=0)
-        own = np.sum(self.amplitudes**2) + TILT**2 * np.sum(nodes**2, axis=1)
+        own = self.amplitude**2 * sum(share**2 for share, _ in WAVES) + TILT**2 * np.sum(nodes**2, axis=1)
         count = len(self.heights.time)
         prior = own - 2.0 * with_path[:, :count].mean(axis=1) + along_path[:, :count].mean()
         explained = np.sum(cross * cho_solve((self._solved[0], True), cross.T).T, axis=1)
@@ -295,14 +287,13 @@ def estimate_surface(heights: Heights, usual: float = AMPLITUDE[0]) -> Estimate:
     if len(heights.time) < LEAST:
         raise ValueError(f"fewer than {LEAST} heights make no surface")
     heights = _bounded_heights(heights)
-    beforehand = usual * np.array([share for share, _ in WAVES])
+    bounds = tuple(np.log(_AMPLITUDES))
     # weighed before the search: waves short enough to follow single fixes would explain them
-    weight = _weights(Estimate(heights, beforehand, np.ones(len(heights.all_heights))))
-    waves = [_matern(heights.all_places, heights.all_places, 1.0, length) for _, length in WAVES]
-    amplitudes = beforehand
+    weight = _weights(Estimate(heights, usual, np.ones(len(heights.all_heights))))
     for _ in range(_ROUNDS):
-        amplitudes = _most_probable(heights, waves, weight, beforehand, amplitudes)
-        estimate = Estimate(heights, amplitudes, weight)
+        objective = partial(_minus_log_posterior, heights, weight, usual)
+        optimum = minimize_scalar(objective, bounds=bounds, method="bounded", options={"xatol": _TOLERANCE})
+        estimate = Estimate(heights, float(np.exp(optimum.x)), weight)
         again = _weights(estimate)
         if np.max(np.abs(again - weight)) < _SETTLED:
             break
@@ -338,48 +329,18 @@ def _velocities(heights: Heights) -> Array:
     return np.asarray(np.stack(moved, axis=1) / (ahead - behind)[:, None])
 
 
-def steepness_of(amplitudes: Array) -> float:
-    """Return the root mean square slope of waves with such amplitudes (w,) m."""
-    lengths = np.array([length for _, length in WAVES])
-    return float(np.sqrt(5.0 / 3.0 * np.sum((amplitudes / lengths) ** 2)))
+def _minus_log_posterior(heights: Heights, weight: Array, usual: float, log: float) -> float:
+    factor = cholesky(_covariance(heights, float(np.exp(log)), weight), lower=True)
+    whitened = np.linalg.solve(factor, heights.all_heights)
+    prior = ((log - np.log(usual)) / AMPLITUDE[1]) ** 2
+    return float(0.5 * whitened @ whitened + np.sum(np.log(np.diag(factor))) + 0.5 * prior)
 
 
-def _most_probable(heights: Heights, waves: list[Array], weight: Array, beforehand: Array, begin: Array) -> Array:
-    """Return the most probable amplitudes (w,) m, sought from ``begin`` (w,) m.
-
-    waves : w covariances (m, m) at the heights, of an amplitude of 1 m
-    beforehand : (w,) m; the logarithms have a standard deviation of ``AMPLITUDE`` together and of ``SHARES`` apart
-    """
-    without = _with_tilt(_errors(heights, weight), heights.all_places, heights.all_places)
-    spread = np.linalg.inv(AMPLITUDE[1] ** 2 + SHARES**2 * np.eye(len(waves)))
-
-    def minus_log_posterior(logs: Array) -> tuple[float, Array]:
-        parts = [np.exp(2.0 * log) * wave for log, wave in zip(logs.tolist(), waves, strict=True)]
-        factor = cholesky(without + sum(parts), lower=True)
-        solved, inverse = (
-            cho_solve((factor, True), heights.all_heights),
-            cho_solve((factor, True), np.eye(len(without))),
-        )
-        off = logs - np.log(beforehand)
-        value = 0.5 * heights.all_heights @ solved + np.sum(np.log(np.diag(factor))) + 0.5 * off @ spread @ off
-        slope = [float(np.sum(part * inverse) - solved @ part @ solved) for part in parts]
-        return float(value), np.array(slope) + spread @ off
-
-    bounds = [tuple(np.log(_AMPLITUDES))] * len(waves)
-    start = np.clip(np.log(begin), *bounds[0])
-    optimum = minimize(minus_log_posterior, start, jac=True, bounds=bounds, method="L-BFGS-B", tol=_TOLERANCE)
-    return np.exp(optimum.x)
-
-
-def _covariance(heights: Heights, amplitudes: Array, weight: Array) -> Array:
+def _covariance(heights: Heights, amplitude: float, weight: Array) -> Array:
     """Return the covariance (m, m) m² of all heights: surface and tilt, which runs share, and each run's own errors."""
-    return _of_surface(heights.all_places, heights.all_places, amplitudes) + _errors(heights, weight)
-
-
-def _errors(heights: Heights, weight: Array) -> Array:
-    """Return the covariance (m, m) m² of all heights' errors."""
     own = block_diag(*(_own_errors(run) for run in (heights, *heights.others)))
-    return np.asarray(own + np.diag((SHORT * heights.all_sigmas) ** 2 / weight))
+    independent = np.diag((SHORT * heights.all_sigmas) ** 2 / weight)
+    return np.asarray(_of_surface(heights.all_places, heights.all_places, amplitude) + own + independent)
 
 
 def _own_errors(heights: Heights) -> Array:
@@ -390,9 +351,9 @@ def _own_errors(heights: Heights) -> Array:
     return OFFSET**2 + uneven_covariance(heights.time, noise, Scale(stated, stated))
 
 
-def _of_surface(a: Array, b: Array, amplitudes: Array) -> Array:
+def _of_surface(a: Array, b: Array, amplitude: float) -> Array:
     """Return the prior covariance (m, n) m² of the surface, with the plane's tilt, at places (m, 2) and (n, 2)."""
-    return _with_tilt(_of_waves(a, b, amplitudes), a, b)
+    return _with_tilt(_of_waves(a, b, amplitude), a, b)
 
 
 def _with_tilt(waves: Array, a: Array, b: Array) -> Array:
@@ -400,10 +361,9 @@ def _with_tilt(waves: Array, a: Array, b: Array) -> Array:
     return np.asarray(waves + TILT**2 * a @ b.T)
 
 
-def _of_waves(a: Array, b: Array, amplitudes: Array) -> Array:
+def _of_waves(a: Array, b: Array, amplitude: float) -> Array:
     """Return the prior covariance (m, n) m² of waves of all lengths at places (m, 2) and (n, 2)."""
-    parts = (_matern(a, b, amplitude, wave[1]) for amplitude, wave in zip(amplitudes.tolist(), WAVES, strict=True))
-    return np.asarray(sum(parts))
+    return np.asarray(sum(_matern(a, b, share * amplitude, length) for share, length in WAVES))
 
 
 def _matern(a: Array, b: Array, amplitude: float, length: float) -> Array:

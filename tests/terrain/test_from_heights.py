@@ -9,16 +9,11 @@ import pytest
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise
-from sssi_exudyn.terrain.from_heights import SHARES, WAVES, Estimate, Heights, Noticed, estimate_surface, level_surface
+from sssi_exudyn.terrain.from_heights import WAVES, Estimate, Heights, Noticed, estimate_surface, level_surface
 from sssi_exudyn.terrain.surface import Surface
 
 SIGMA = 0.03
 """Standard deviation of a fix's height by RTK, m."""
-
-
-def usual(amplitude: float) -> Array:
-    """Return the amplitudes (w,) m of waves with usual shares."""
-    return amplitude * np.array([share for share, _ in WAVES])
 
 
 def track(seconds: float = 16.0, rate: float = 10.0) -> tuple[Array, Array]:
@@ -69,7 +64,7 @@ def test_the_posterior_is_a_normal_density_conditioned() -> None:
     rng = np.random.default_rng(4)
     time, places = track(3.0, 5.0)
     heights = measured(rng, hill(rng, places, 0.3, 15.0), time, places)
-    estimate = Estimate(heights, usual(0.3), np.ones(len(time)))
+    estimate = Estimate(heights, 0.3, np.ones(len(time)))
     at = places[::4] + 0.7
     # the same from the joint covariance of heights and surface, written out
     every = np.concatenate([places, at])
@@ -94,7 +89,7 @@ def test_other_runs_have_origins_and_receivers_of_their_own() -> None:
     )
     heights = replace(first, others=(replace(second, height=second.height + 8.0),))
     n = len(time)
-    estimate = Estimate(heights, usual(0.3), np.ones(2 * n))
+    estimate = Estimate(heights, 0.3, np.ones(2 * n))
     at = places[::4] + [0.0, 2.0]
     every = np.concatenate([heights.all_places, at])
     joint = prior(every)
@@ -103,7 +98,7 @@ def test_other_runs_have_origins_and_receivers_of_their_own() -> None:
     joint[n : 2 * n, n : 2 * n] += own
     gain = np.linalg.solve(joint[: 2 * n, : 2 * n], joint[: 2 * n, 2 * n :]).T
     np.testing.assert_allclose(estimate.mean(at), gain @ heights.all_heights, atol=1e-8)
-    alone = Estimate(first, usual(0.3), np.ones(n))
+    alone = Estimate(first, 0.3, np.ones(n))
     assert np.all(np.diag(estimate.covariance(at)) < np.diag(alone.covariance(at)))
 
 
@@ -132,21 +127,6 @@ def test_bands_hold_the_truth_as_often_as_they_say() -> None:
     # 250 errors, of which some 100 are independent: 90 ± 3 % (one standard deviation); amplitude and length are not
     # integrated over, which costs a few per cent
     assert 0.82 <= inside / total <= 0.97
-
-
-@pytest.mark.parametrize(("length", "longest"), [(6.0, 0), (40.0, 2)])
-def test_a_slope_of_waves_of_one_length_has_few_others(length: float, longest: int) -> None:
-    time, places = track()
-    shares = []
-    for seed in range(4):
-        rng = np.random.default_rng(seed)
-        amplitudes = estimate_surface(measured(rng, hill(rng, places, 0.4, length), time, places)).amplitudes
-        shares.append(np.log(amplitudes / usual(0.3)))
-    mean = np.mean(shares, axis=0)
-    # half a spread of the prior apart from both others at least: 160 m hold several waves of that length, and the prior
-    # holds all lengths together
-    assert np.argmax(mean) == longest
-    assert mean[longest] - np.median(mean) > 0.5 * SHARES
 
 
 def test_a_wrong_stated_inclination_is_corrected() -> None:
@@ -202,7 +182,7 @@ def test_modes_are_what_the_heights_leave_open_of_the_track() -> None:
     # move a skier by what the modes hold
     rng = np.random.default_rng(8)
     time, places = track()
-    estimate = Estimate(measured(rng, np.zeros(len(time)), time, places), usual(0.3), np.ones(len(time)))
+    estimate = Estimate(measured(rng, np.zeros(len(time)), time, places), 0.3, np.ones(len(time)))
     noise = 0.02
     surface = estimate.surface(level_surface(estimate.heights), Noticed(noise))
     assert 3 <= len(surface.amounts) <= 40
@@ -230,7 +210,7 @@ def a_poor_receiver(seed: int) -> tuple[Array, Array, Estimate]:
     count = len(time)
     height = np.random.default_rng(seed).normal(0.0, 1.0, count)
     heights = Heights(time, places, height, np.full(count, 1.0), ExponentialNoise(1.0, 3.0))
-    return time, places, Estimate(heights, usual(0.3), np.ones(count))
+    return time, places, Estimate(heights, 0.3, np.ones(count))
 
 
 def test_modes_hold_what_throws_the_skier_up() -> None:
@@ -287,7 +267,7 @@ def test_a_surface_of_the_process_is_one_of_usual_amounts(seed: int) -> None:
     amplitude = 0.4
     height = np.sum([hill(rng, places, share * amplitude, length) for share, length in WAVES], axis=0)
     heights = Heights(time, places, height + 0.7, np.full(len(time), 0.002), ExponentialNoise(0.002, 3.0))
-    surface, around, follow, _ = Estimate(heights, usual(amplitude), np.ones(len(time))).process(
+    surface, around, follow, _ = Estimate(heights, amplitude, np.ones(len(time))).process(
         level_surface(heights), Noticed(0.002, lift=0.02, tilt=0.001)
     )
     amounts = np.array(surface.amounts)
