@@ -6,7 +6,7 @@ snow's plane.  The inside of a turn is where its centre lies; the outside ski is
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final, Literal
 
@@ -349,6 +349,12 @@ def _sides(turn: Turn) -> Iterator[tuple[str, int]]:
     yield "inside", 1 - outside
 
 
+def _of_known(figure: Callable[[Array], Any], values: Array) -> float:
+    """Return a figure of the values that are known, NaN where none is: a foot that stands has no steering angle."""
+    known = values[np.isfinite(values)]
+    return float(figure(known)) if known.size > 0 else float("nan")
+
+
 def _path_figures(result: SimulationResult, skiing: Technique, rows: Mask, turn: Turn) -> dict[str, float]:
     inwards = 1.0 if turn.side == "left" else -1.0
     steering = np.degrees(np.abs(skiing.steering_angle[rows]))
@@ -358,17 +364,17 @@ def _path_figures(result: SimulationResult, skiing: Technique, rows: Mask, turn:
         "mean_speed_mps": float(np.mean(skiing.speed[rows])),
         "turn_radius_m": radius(result.com[rows]),
         "ski_angle_mean_deg": float(np.mean(np.abs(np.degrees(skiing.ski_angle[rows])))),
-        "steering_angle_mean_deg": float(np.nanmean(steering)),
-        "steering_angle_peak_deg": float(np.nanmax(steering)),
-        "inclination_mean_deg": float(np.nanmean(lean)),
-        "inclination_peak_deg": float(np.nanmax(lean)),
+        "steering_angle_mean_deg": _of_known(np.mean, steering),
+        "steering_angle_peak_deg": _of_known(np.max, steering),
+        "inclination_mean_deg": _of_known(np.mean, lean),
+        "inclination_peak_deg": _of_known(np.max, lean),
         "com_inside_both_share": float(np.mean(inside.all(axis=1))),
         "com_inside_one_share": float(np.mean(inside.sum(axis=1) == 1)),
     }
     for name, side in _sides(turn):
         edge = np.degrees(np.abs(result.edge_angle[rows, side]))
         row |= {
-            f"steering_angle_{name}_mean_deg": float(np.nanmean(steering[:, side])),
+            f"steering_angle_{name}_mean_deg": _of_known(np.mean, steering[:, side]),
             f"edge_angle_{name}_mean_deg": float(np.mean(edge)),
             f"edge_angle_{name}_peak_deg": float(np.max(edge)),
         }
@@ -381,7 +387,7 @@ def _force_figures(skiing: Technique, rows: Mask, turn: Turn, mass: float) -> di
     share = skiing.share[rows, outside]
     snow_force = skiing.snow_force[rows]
     return {
-        "outside_force_share": float(np.nanmean(share)) if np.any(np.isfinite(share)) else float("nan"),
+        "outside_force_share": _of_known(np.mean, share),
         "outside_snow_force_share": float(np.sum(snow_force[:, outside]) / np.sum(snow_force))
         if np.any(snow_force)
         else float("nan"),

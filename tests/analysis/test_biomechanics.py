@@ -137,6 +137,19 @@ def test_shifts_come_as_late_as_they_were_made(run: SimulationResult) -> None:
     assert linked["load_shift_percent"].to_numpy()[:3] == pytest.approx(100.0 * LATE_LOAD / TURN, abs=2.0)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_foot_that_stands_has_no_steering_angle(run: SimulationResult) -> None:
+    standing = run.foot_velocity.copy()
+    standing[:, 0] = 0.0
+    rows = biomechanics(replace(of_ground(run), foot_velocity=standing), MASS, 0.0).table
+    whole = rows[rows["phase"] == WHOLE]
+    left = np.where(
+        whole["side"] == "left", whole["steering_angle_inside_mean_deg"], whole["steering_angle_outside_mean_deg"]
+    )
+    assert np.all(np.isnan(left))
+    assert np.all(np.isfinite(whole["steering_angle_mean_deg"]))
+
+
 def test_rows_know_outside_from_inside(run: SimulationResult) -> None:
     rows = biomechanics(of_ground(run), MASS, 0.0).table
     control = rows[rows["phase"] == "control"]
