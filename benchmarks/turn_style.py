@@ -2,7 +2,7 @@
 
 ``python benchmarks/turn_style.py FOLDER… --labels CSV [--frozen] [--train TOML] [--json FILE]``: the folders hold pairs
 ``NAME_imu.csv`` and ``NAME_gnss.csv`` as ``sssi import`` reads them, the labels a row ``run,technique`` for each.
-Techniques are told by how their name begins: carving, skidded, snowplow; others are listed and not counted.
+How a name begins says the technique: carving, skidded, snowplow; others are listed and not counted.
 
 Without ``--frozen`` every run is judged by a model trained on all others (leave one out); with it by the one that comes
 with the program, on runs that it was not trained on.  ``--train`` writes a model trained on all runs.

@@ -188,7 +188,7 @@ def has_two_of_a_kind(files: Sequence[Path]) -> bool:
     kinds = []
     for path in with_places(files)[0]:
         if split_place(path) is None:
-            with suppress(InputError):  # what is wrong with a file is told where it is imported
+            with suppress(InputError):  # what is wrong with a file is said where it is imported
                 kinds.append(_kind(path))
     return len(kinds) > len(set(kinds))
 

@@ -68,7 +68,7 @@ def import_many(folder: Path, out: Path, answers: Answers, stage: Stage | None =
 
     Returns one row per run, and per file that belongs to none; ``out/recordings.csv`` holds them too.
 
-    Which files are a run is told by ``find_run_files``.  A file named after a sensor's place (``left_ski.csv``) is that
+    ``find_run_files`` says which files are a run.  A file named after a sensor's place (``left_ski.csv``) is that
     sensor's.  A track of several descents becomes one recording a descent.  A faulty run does not stop the others; runs
     that exist already stay as they are.
 

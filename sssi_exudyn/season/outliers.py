@@ -11,7 +11,7 @@ import pandas as pd
 FAR: Final = 3.5
 """Robust standard deviations from the median beyond which a run stands out (Iglewicz and Hoaglin 1993)."""
 FEWEST: Final = 5
-"""Runs of which a median and a spread are told; of four, one run that differs decides the spread."""
+"""Runs of which a median and a spread are stated; of four, one run that differs decides the spread."""
 _NORMAL: Final = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
 WATCHED: Final = {

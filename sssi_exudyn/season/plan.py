@@ -163,7 +163,7 @@ def _digest(folder: Path) -> str:
     hashes = _hashes(folder)
     try:
         runs = read_toml(folder / FILE).get("terrain", {}).get("runs", [])
-    except (AttributeError, InputError):  # what is wrong with it is told by the run itself
+    except (AttributeError, InputError):  # what is wrong with it is said by the run itself
         runs = []
     for name in runs if isinstance(runs, list) else ():
         other = folder / str(name)

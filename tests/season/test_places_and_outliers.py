@@ -65,7 +65,7 @@ def test_a_run_that_differs_from_its_descent_stands_out() -> None:
 
 def test_few_runs_and_instruments_noise_do_not_stand_out() -> None:
     table = runs(4, "A", "monday")
-    table.loc[0, "top_speed_mps"] = 20.0  # of four nothing is told
+    table.loc[0, "top_speed_mps"] = 20.0  # of four nothing is said
     assert (add_outliers(table)["stands_out"] == "").all()
     table = runs(8, "A", "monday").assign(top_speed_mps=10.0)
     table.loc[0, "top_speed_mps"] = 11.5  # all others alike: half a metre per second is what a receiver leaves open
