@@ -12,6 +12,7 @@ from typing import Any, Final
 from sssi_exudyn.contact.term import Term, parameters
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.text import one_line
+from sssi_exudyn.importing.days.run_files import DEEPEST
 from sssi_exudyn.io.bounds import MAX_NAME
 from sssi_exudyn.io.files import sha256
 from sssi_exudyn.io.settings import Settings, read_toml
@@ -25,8 +26,8 @@ _MOST: Final = 5_000
 """Maximum number of runs: a resort's ski school in a winter has fewer."""
 _MOST_FILES: Final = 200
 """Maximum number of files of a recording, whose hashes tell whether it has changed."""
-_DEEPEST: Final = 8
-"""Maximum depth of folders within folders, as an import makes them."""
+_DEEPEST: Final = DEEPEST + 2
+"""Maximum depth of folders within folders: those of an import, a folder for a file's name, and one for each descent."""
 _KEY: Final = 32
 """Characters of a run's key."""
 

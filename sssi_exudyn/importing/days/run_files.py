@@ -24,7 +24,7 @@ from sssi_exudyn.recording.recording import FILE
 
 _MOST: Final = 10_000
 """Maximum number of files and folders that are looked at: a season of a team has some thousand."""
-_DEEPEST: Final = 8
+DEEPEST: Final = 8
 """Maximum depth of folders within folders: season, month, day, skier, telephone and its exports are six."""
 
 _PLACES: Final = (*PLACES, BAROMETER)
@@ -108,8 +108,8 @@ def _entries(folder: Path, out: Path) -> Iterator[Path]:
                 raise InputError(folder, "", f"more than {_MOST} files", "import some of them")
             yield path
             if path.is_dir() and not path.is_symlink():
-                if depth == _DEEPEST:
-                    raise InputError(path, "", f"more than {_DEEPEST} folders within folders", "import this one alone")
+                if depth == DEEPEST:
+                    raise InputError(path, "", f"more than {DEEPEST} folders within folders", "import this one alone")
                 waiting.append((path, depth + 1))
 
 
