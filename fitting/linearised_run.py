@@ -193,7 +193,7 @@ def linearise(setting: Setting, point: Point) -> Responses:
     posture = PostureErrors(Parts(model, correct_posture(setting.motion, model.posture)), prepared, setting.errors)
     heavier = skier_mass_change(model, setting.motion, prepared)
     changes = [posture.change(error) for error in setting.errors]
-    changes.append(lambda tables, size: heavier(tables, size * setting.mass[1]))
+    changes.append(TableChange(lambda tables, size: heavier.apply(tables, size * setting.mass[1])))
     columns = responses_to_numbers(setting, point, setting.unknowns, changes)
     by_number, by_error = np.split(columns, [len(setting.unknowns)], axis=1)
     by_error[seen.moments, :-1] += _own_moments(setting, model, posture, point)

@@ -39,6 +39,8 @@ _BENT: Final = np.radians(5.0)
 """rad by which angles may change to keep it so."""
 _SPACING: Final = 1.5
 """s between the supports of an error that wanders."""
+_FURTHER: Final = 3
+"""Instants about an error's support that its second derivative by differences still changes, and one more."""
 _MOST: Final = 24
 """Supports at most, however long the run."""
 _GRID: Final = 0.05
@@ -80,6 +82,10 @@ class Responses:
     exposed: Array
     antenna: Array
 
+    def part(self, rows: slice) -> Responses:
+        """Return those at some of the instants."""
+        return Responses(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
+
 
 class PostureErrors:
     """The errors of one motion: their directions, and the tables that each changes."""
@@ -97,9 +103,22 @@ class PostureErrors:
 
     def change(self, error: PostureError) -> TableChange:
         """Return the tables that are wrong by a size (standard deviations)."""
-        responses = self._responses[error.kind, error.side]
-        shape = error.sigma * self.profile(error, self.time)
-        return partial(_changed, responses, shape)
+        apply = partial(self._changed, error)
+        if error.support < 0:
+            return TableChange(apply)
+        begin, end = self._knots[[error.support, error.support + 4]]
+        first, stop = np.searchsorted(self.time, [begin, end])
+        # the last spline goes on where tables end after the motion does
+        return TableChange(
+            apply, max(0, int(first) - _FURTHER), None if end > self._knots[-5] else int(stop) + _FURTHER
+        )
+
+    def _changed(self, error: PostureError, tables: Prepared, size: complex) -> Prepared:
+        """Return tables, of all instants or of consecutive ones, that are wrong by a size."""
+        first = int(np.searchsorted(self.time, tables.time[0]))
+        rows = slice(first, first + len(tables.time))
+        shape = error.sigma * self.profile(error, tables.time)
+        return _moved_tables(self._responses[error.kind, error.side].part(rows), shape, tables, size)
 
     def angles(self, sizes: Array) -> Array:
         """Return the angles (n, 28) rad of all errors together at the tables' instants, ``sizes`` (errors,) in standard
@@ -232,15 +251,15 @@ def _antenna_jacobian(motion: Motion, time: Array) -> Array:
     return np.asarray(linear[:, 0, :, 3:])
 
 
-def _changed(responses: Responses, shape: Array, prepared: Prepared, size: complex) -> Prepared:
+def _moved_tables(responses: Responses, shape: Array, prepared: Prepared, size: complex) -> Prepared:
     """Return the tables of a posture that is wrong by ``size`` times ``shape`` (n,) times a unit of the error: to first
     order in the size, exact as a derivative.
     """
 
     def moved(unit: Array) -> tuple[Array, Array, Array]:
         place = unit * shape.reshape((-1, *(1,) * (unit.ndim - 1)))
-        velocity = np.gradient(place, prepared.time, axis=0)
-        return place, velocity, np.gradient(velocity, prepared.time, axis=0)
+        velocity = np.gradient(place, prepared.step, axis=0)
+        return place, velocity, np.gradient(velocity, prepared.step, axis=0)
 
     turn, spin, _ = moved(responses.foot_turn)
     swing = spin + np.cross(turn, prepared.foot_spin)
@@ -257,7 +276,7 @@ def _changed(responses: Responses, shape: Array, prepared: Prepared, size: compl
         foot_acceleration=prepared.foot_acceleration + size * foot_acceleration,
         foot_rotation=np.ascontiguousarray(prepared.foot_rotation + size * turned),
         foot_spin=prepared.foot_spin + size * swing,
-        foot_spin_rate=prepared.foot_spin_rate + size * np.gradient(swing, prepared.time, axis=0),
+        foot_spin_rate=prepared.foot_spin_rate + size * np.gradient(swing, prepared.step, axis=0),
         com_place=prepared.com_place + size * com,
         com_velocity=prepared.com_velocity + size * com_velocity,
         com_acceleration=prepared.com_acceleration + size * com_acceleration,

@@ -14,7 +14,7 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.reduced.prepared import Prepared, prepare
+from sssi_exudyn.simulation.reduced.prepared import Prepared, over_time, prepare
 
 STOP = 5.0
 ONE = np.radians(1.0)
@@ -48,7 +48,7 @@ def test_a_foot_moves_as_its_kind_says(kind: str, sigma: float, side: int) -> No
     _, _, prepared = example()
     error = PostureError(kind, side, -1, sigma)
     errors = errors_about_example(error)
-    moved = errors.change(error)(prepared, 1.0)
+    moved = errors.change(error).apply(prepared, 1.0)
     frame = prepared.foot_rotation[:, side]
     turn = np.swapaxes(frame, 1, 2) @ (moved.foot_rotation[:, side] - frame)
     turned = np.stack([turn[:, 2, 1], turn[:, 0, 2], turn[:, 1, 0]], axis=1)  # about the foot's own axes
@@ -88,7 +88,7 @@ def test_its_tables_are_those_of_the_corrected_motion(kind: str, support: int) -
     for size in (0.1, -0.1):
         posture = grown(None, prepared.time, size * errors.direction(error))
         both.append(prepare(replace(model, posture=posture), motion, stop=STOP, step=0.01))
-    change = errors.change(error)(prepared, 1.0)
+    change = errors.change(error).apply(prepared, 1.0)
     inside = slice(60, -60)  # numerical derivatives differ at the ends
     for entry in fields(Prepared):
         if entry.name in _NO_DERIVATIVES or not isinstance(getattr(prepared, entry.name), np.ndarray):
@@ -129,3 +129,23 @@ def test_a_run_of_any_length_has_the_supports_that_are_counted() -> None:
         made = PostureErrors(Parts(model, short), prepare(model, short, step=0.01), errors)
         # together cubic B-splines of height 2/3 are one, and each is scaled to one
         np.testing.assert_allclose(sum(made.profile(error, made.time) for error in errors), 1.5, rtol=1e-9)
+
+
+@pytest.mark.parametrize("support", [0, -1])
+def test_outside_its_instants_an_error_changes_nothing(support: int) -> None:
+    _, _, prepared = example()
+    error = PostureError("roll", 1, support, ONE)
+    errors = errors_about_example(error)
+    change = errors.change(error)
+    rows = slice(change.first, change.stop)
+    whole, part = change.apply(prepared, 1.0), change.apply(prepared.part(rows), 1.0)
+    inside = np.zeros(len(prepared.time), dtype=bool)
+    inside[rows] = True
+    assert inside.all() == (support < 0)
+    for entry in fields(Prepared):
+        if not over_time(entry.name):
+            continue
+        before, after = getattr(prepared, entry.name), getattr(whole, entry.name)
+        np.testing.assert_array_equal(after[~inside], before[~inside], err_msg=entry.name)
+        # the same operations on the same numbers
+        np.testing.assert_array_equal(after[inside], getattr(part, entry.name), err_msg=entry.name)

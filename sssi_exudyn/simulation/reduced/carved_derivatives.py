@@ -58,7 +58,7 @@ class CarvedLinearisation:
         work, system = done.work(), done.system
         z, zv = np.zeros((2, 7 + 2 * modes, many))
         z[:3], zv[:3] = place_at_start(done.at, ordered)
-        load = np.array([slope_of(load_at_start(d.tables or done.at, SHARE)) for d in ordered])
+        load = np.array([slope_of(load_at_start(d.tables_at_start(done.at), SHARE)) for d in ordered])
         feet = inputs.feet.copy()
         feet[:, :, 3:6] = feet[:, :, 9:12] = 0.0
         still = np.zeros_like(system.motion.foot_velocity)
@@ -95,16 +95,17 @@ def _heading_slopes(done: Carved, turning: Sequence[Direction], captured: Sequen
     com, swing = np.zeros((count, 3, feet)), np.zeros((count, 3 * at.exposed_swing.shape[1], bodies))
     matrices = Turn.of(at.up, done.heading.angle).matrices()
     for k, direction in enumerate([*turning, *captured]):
-        tables = direction.tables
-        if tables is None:
+        if direction.tables is None:
             continue
-        whole, swung = tables.whole_body(), slope_of(tables.exposed_swing)
-        com[..., k] = slope_of(whole.place)
+        whole, rows = direction.tables.whole_body(), direction.rows
+        place, swung = slope_of(whole.place), slope_of(direction.tables.exposed_swing)
         if k >= own:  # of tables that are not turned yet
-            inertia[:, k], momentum[:, k] = slope_of(whole.inertia @ at.up @ at.up), slope_of(whole.momentum @ at.up)
-            com[..., k], swung = turned(matrices, com[..., k]), turned(matrices, swung)
+            inertia[rows, k] = slope_of(whole.inertia @ at.up @ at.up)
+            momentum[rows, k] = slope_of(whole.momentum @ at.up)
+            place, swung = turned(matrices[rows], place), turned(matrices[rows], swung)
+        com[rows, :, k] = place
         if k < bodies:
-            swing[..., k] = swung.reshape(count, -1)
+            swing[rows, :, k] = swung.reshape(len(swung), -1)
     return HeadingSlopes(inertia, momentum, com, swing)
 
 
@@ -120,7 +121,8 @@ def _turned(done: Carved, direction: Direction) -> Direction:
     """Return the direction with its tables turned as the run was."""
     if direction.tables is None or not done.heading.solved:
         return direction
-    return replace(direction, tables=direction.tables.turn(Turn.of(done.at.up, done.heading.angle)))
+    turn = Turn.of(done.at.up, done.heading.angle[direction.rows])
+    return replace(direction, tables=direction.tables.turn(turn))
 
 
 def _empty_tangents(done: Carved, many: int) -> CarvedTangents:

@@ -16,7 +16,7 @@ from sssi_exudyn.contact.codegen.compiled import parameter_values, place_paramet
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.simulation.reduced.prepared import Prepared
+from sssi_exudyn.simulation.reduced.prepared import Prepared, over_time
 from sssi_exudyn.simulation.ski_on_snow.structs import (
     ParameterColumns,
     PrescribedMotion,
@@ -27,8 +27,6 @@ from sssi_exudyn.terrain.surface import grid_patch, patch_under
 
 STEP: Final = 1e-20
 """Of a complex step; its square is lost next to any number, so that nothing but the derivative is left."""
-_OVER_TIME: Final = ("antenna", "foot", "com", "exposed")
-"""How names of tables over time begin, each with one row an instant."""
 _SEEN: Final = ("antenna", "com_place", "com_velocity", "foot_place", "foot_velocity")
 """Tables that a run shows in addition to what is sought."""
 
@@ -42,6 +40,7 @@ class Direction:
     start : where it stands among the antenna's place and velocity at the start (f, l, f, l), −1 for none of them
     surface : (nf + 2, nl + 2) m, change of the snow surface's coefficients; None where it does not change
     tables : the posture's tables with the number's complex step; None where they do not change
+    first : instant of the run at which ``tables`` begin; outside them nothing changes
     """
 
     parameter: int = -1
@@ -49,6 +48,19 @@ class Direction:
     start: int = -1
     surface: Array | None = None
     tables: Prepared | None = None
+    first: int = 0
+
+    @property
+    def rows(self) -> slice:
+        """Instants of the run that ``tables`` are of, which must not be None."""
+        assert self.tables is not None
+        return slice(self.first, self.first + len(self.tables.time))
+
+    def tables_at_start(self, at: Prepared) -> Prepared:
+        """Return tables whose first row is that of the run's start, as the number changes it; ``at`` where it does
+        not.
+        """
+        return at if self.tables is None or self.first > 0 else self.tables
 
 
 def slope_of(value: Any) -> Any:
@@ -69,17 +81,19 @@ def columns_of(ranks: Sequence[int], most: int) -> int:
     return max((k + 1 for k, own in enumerate(ranks) if own <= most), default=0)
 
 
-def first_change(tables: Prepared | None) -> int:
+def first_change(direction: Direction) -> int:
     """Return the instant at which tables first change with their number, 0 where they do not or nothing else does."""
+    tables = direction.tables
     if tables is None:
         return 0
     n, first = len(tables.time), len(tables.time)
     for entry in fields(Prepared):
         value = getattr(tables, entry.name)
         if np.iscomplexobj(value) and np.any(np.imag(value)):
-            over_time = entry.name.startswith(_OVER_TIME)
-            first = min(first, int(np.argmax(np.any(np.imag(value).reshape(n, -1), axis=1))) if over_time else 0)
-    return first
+            if not over_time(entry.name):
+                return 0
+            first = min(first, int(np.argmax(np.any(np.imag(value).reshape(n, -1), axis=1))))
+    return direction.first + first
 
 
 def tangent_inputs(
@@ -98,9 +112,9 @@ def tangent_inputs(
     for k, direction in enumerate(ordered):
         if direction.tables is None:
             continue
-        motion = direction.tables.kernel_motion()
+        motion, rows = direction.tables.kernel_motion(), direction.rows
         mass[k], gravity[:, k] = slope_of(motion.mass), slope_of(motion.gravity)
-        inertia[..., k] = slope_of(motion.carried)
+        inertia[rows, :, k] = slope_of(motion.carried)
         parts = (
             motion.foot_place,
             motion.foot_velocity,
@@ -110,10 +124,10 @@ def tangent_inputs(
             motion.ski_turning,
         )
         for i, part in enumerate(parts):
-            feet[:, :, 3 * i : 3 * i + 3, k] = part if i == 2 else slope_of(part)
+            feet[rows, :, 3 * i : 3 * i + 3, k] = part if i == 2 else slope_of(part)
         if k < body.shape[2]:
-            body[:, :3, k], body[:, 3:6, k] = slope_of(motion.com_place), slope_of(motion.com_velocity)
-            body[:, 6:, k] = slope_of(motion.exposed_velocity).reshape(n, -1)
+            body[rows, :3, k], body[rows, 3:6, k] = slope_of(motion.com_place), slope_of(motion.com_velocity)
+            body[rows, 6:, k] = slope_of(motion.exposed_velocity).reshape(-1, body.shape[1] - 6)
     moved = [(k, d.surface) for k, d in enumerate(ordered) if d.surface is not None]
     grids = np.stack([grid for _, grid in moved]) if moved else np.zeros((0, 2, 2))
     amounts = np.array([[float(k == column) for column in range(many)] for k, _ in moved]).reshape(len(moved), many)
@@ -171,7 +185,7 @@ def place_at_start(at: Prepared, ordered: Sequence[Direction]) -> tuple[Array, A
     """
     place, velocity = np.zeros((2, 3, len(ordered)))
     for k, direction in enumerate(ordered):
-        tables = at if direction.tables is None else direction.tables
+        tables = direction.tables_at_start(at)
         place[:2, k], velocity[:2, k] = -slope_of(tables.antenna[0, :2]), -slope_of(tables.antenna_velocity[0, :2])
         if 0 <= direction.start < 2:
             place[direction.start, k] += 1.0
@@ -212,9 +226,11 @@ def climb_at_start(
 
 def table_slopes(at: Prepared, ordered: Sequence[Direction], name: str) -> Array:
     """Return derivatives (…, d) of one of the tables."""
-    shape = getattr(at, name).shape
-    columns = [np.zeros(shape) if d.tables is None else slope_of(getattr(d.tables, name)) for d in ordered]
-    return np.stack(columns, axis=-1) if columns else np.zeros((*shape, 0))
+    slopes = np.zeros((*getattr(at, name).shape, len(ordered)))
+    for k, direction in enumerate(ordered):
+        if direction.tables is not None:
+            slopes[direction.rows, ..., k] = slope_of(getattr(direction.tables, name))
+    return slopes
 
 
 def run_slopes(

@@ -8,7 +8,7 @@ step (``tangent_inputs``).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from math import ceil
 from typing import Any, Final
@@ -65,7 +65,7 @@ from sssi_exudyn.simulation.ski_on_snow.structs import (
 )
 from sssi_exudyn.terrain.surface import PATCH, Surface
 
-_TABLES: Final = 100_000
+_TABLES: Final = 300_000
 """Numbers that change the posture's tables in one pass, times instants: each takes 1 kB of memory an instant, and
 larger arrays cost more to be had than they save."""
 _CARVED_TABLES: Final = 250_000
@@ -74,8 +74,25 @@ _LEAST: Final = 24
 """Of them in a pass that is worth its run."""
 _START: Final = {START_F: 0, START_L: 1, VELOCITY_F: 2, VELOCITY_L: 3}
 
-TableChange = Callable[[Prepared, complex], Prepared]
-"""The tables of a capture that is other by a size, as a formula that NumPy continues to complex sizes."""
+
+@dataclass(frozen=True)
+class TableChange:
+    """The tables of a capture that is other by a size.
+
+    apply : a formula that NumPy continues to complex sizes, over tables of all instants or of consecutive ones
+    first, stop : instants outside which it changes nothing; None for the last
+    """
+
+    apply: Callable[[Prepared, complex], Prepared]
+    first: int = 0
+    stop: int | None = None
+
+    def direction(self, model: Model, prepared: Prepared) -> Direction:
+        """Return what changes with the size, about a model's run."""
+        part = prepared.part(slice(self.first, self.stop))
+        return Direction(tables=self.apply(part, 1j * STEP).correct_capture(model), first=self.first)
+
+
 Addition = tuple[Model, str]
 """A model with one part more, a term or a fault, that does nothing yet; and the name of the number that is its
 strength."""
@@ -97,7 +114,7 @@ def run_tangents(
     """
     numbers = [number_ref(name) for name in names]
     makers = [lambda number=number: _of_number(model, prepared, number) for number in numbers]
-    makers += [lambda change=change: Direction(tables=_changed(model, prepared, change)) for change in changes]
+    makers += [partial(change.direction, model, prepared) for change in changes]
     tabular = [i for i, number in enumerate(numbers) if _turns_capture(model, number)]
     tabular += range(len(numbers), len(makers))
     plain = [i for i in range(len(makers)) if i not in tabular]
@@ -203,7 +220,7 @@ def skier_mass_change(model: Model, motion: Motion, prepared: Prepared) -> Table
             exposed_velocity=(first + size * (second - first)) / segments,
         )
 
-    return change
+    return TableChange(change)
 
 
 def along(run: ReducedRun, slopes: ReducedRun, index: int) -> ReducedRun:
@@ -231,18 +248,13 @@ def _of_number(model: Model, prepared: Prepared, name: NumberRef) -> Direction:
     return Direction()
 
 
-def _changed(model: Model, prepared: Prepared, change: TableChange) -> Prepared:
-    return change(prepared, 1j * STEP).correct_capture(model)
-
-
 def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[ReducedRun, dict[str, Array]]:
     """Return the run, and of each of its fields the derivatives in those directions."""
     kernel, contact = reduced_module(), at.kernel_contact(model.surface)
     parameters = law_parameters(model.terms)
     start = start_of_run(model, at, kernel, parameters, contact)
-    tables = [d.tables for d in directions]
-    begins = [first_change(table) for table in tables]
-    order = sorted(range(len(tables)), key=lambda i: (rank(tables[i]), -begins[i]))
+    begins = [first_change(direction) for direction in directions]
+    order = sorted(range(len(directions)), key=lambda i: (rank(directions[i].tables), -begins[i]))
     ordered = [directions[i] for i in order]
     listed, by_parameter = listed_parameters(model.terms, ordered)
     inputs = tangent_inputs(at, ordered, listed, by_parameter, len(contact.omega))
@@ -269,7 +281,7 @@ def _start_tangents(
     how height and amplitudes move.
     """
     many, modes = len(ordered), len(contact.omega)
-    moving = [at if d.tables is None else d.tables for d in ordered]
+    moving = [direction.tables_at_start(at) for direction in ordered]
     place, velocity = place_at_start(at, ordered)
     eta, share = np.zeros((2 * modes, many)), np.zeros((2, many))
     given = np.array([0.5, 0.5])

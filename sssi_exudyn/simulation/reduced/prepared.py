@@ -5,7 +5,7 @@ Place and load that it begins with follow from these.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, Final
 
 import numpy as np
@@ -32,6 +32,8 @@ MODES: Final = 12
 """Vibrations of each ski that are kept: up to 130 Hz for a slalom ski."""
 STEP: Final = 0.005
 """s"""
+_OVER_TIME: Final = ("time", "antenna", "foot", "com", "exposed")
+"""How names of tables over time begin."""
 _LEAST_LOAD: Final = 0.2
 """Share of the weight on the slope that the skier stands with at the start at least, however the posture moves."""
 
@@ -79,6 +81,11 @@ class ReducedRun:
             l=self.foot_position[..., 1],
             side=none + np.array([1.0, -1.0]),
         )
+
+
+def over_time(table: str) -> bool:
+    """Return whether a table of ``Prepared`` has a row for each instant."""
+    return table.startswith(_OVER_TIME)
 
 
 @dataclass(frozen=True)
@@ -202,6 +209,11 @@ class Prepared:
         turning[..., 1] -= spin[..., 0] * spin[..., 2]
         turning[..., 2] += spin[..., 0] * spin[..., 1]
         return np.einsum("nsji,nsj->nsi", self.foot_rotation, moving), turning
+
+    def part(self, rows: slice) -> Prepared:
+        """Return the tables of some consecutive instants only."""
+        cut = {f.name: getattr(self, f.name)[rows] for f in fields(self) if over_time(f.name)}
+        return replace(self, **cut)
 
     def correct_capture(self, model: Model) -> Prepared:
         """Return the same with the capture's faults as the model has them: turned about gravity, the antenna where it

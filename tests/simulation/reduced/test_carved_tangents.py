@@ -23,7 +23,7 @@ from sssi_exudyn.model.faults import LeverArm
 from sssi_exudyn.model.from_recording import first_guess, model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.simulation.reduced.derivatives import run_tangents, skier_mass_change
+from sssi_exudyn.simulation.reduced.derivatives import TableChange, run_tangents, skier_mass_change
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
@@ -159,10 +159,14 @@ def test_by_errors_of_the_feet(kind: str, heading: HeadingMode) -> None:
     tried, _, prepared = everything()
     tried = tried.with_heading(heading)
     errors = [CaptureError(kind, 0, None), CaptureError(kind, 1, (0.5, 0.3))]
-    changes = [partial(lambda error, tables, size: with_error(tables, error, size), error) for error in errors]
+    changes = [
+        TableChange(partial(lambda error, tables, size: with_error(tables, error, size), error)) for error in errors
+    ]
     here, slopes = simulate_reduced(tried, prepared), run_tangents(tried, prepared, (), changes)[1]
     for i, change in enumerate(changes):
-        assert_derivatives(here, slopes, i, lambda x, change=change: simulate_reduced(tried, change(prepared, x)), 1e-7)
+        assert_derivatives(
+            here, slopes, i, lambda x, change=change: simulate_reduced(tried, change.apply(prepared, x)), 1e-7
+        )
 
 
 @pytest.mark.parametrize("heading", ["replay", "free"])
@@ -171,7 +175,7 @@ def test_by_the_skiers_mass(heading: HeadingMode) -> None:
     tried = tried.with_heading(heading)
     heavier = skier_mass_change(tried, motion, prepared)
     here, slopes = simulate_reduced(tried, prepared), run_tangents(tried, prepared, (), [heavier])[1]
-    assert_derivatives(here, slopes, 0, lambda x: simulate_reduced(tried, heavier(prepared, x)), 1e-4)
+    assert_derivatives(here, slopes, 0, lambda x: simulate_reduced(tried, heavier.apply(prepared, x)), 1e-4)
 
 
 def test_long_runs_do_not_outgrow_their_derivatives() -> None:

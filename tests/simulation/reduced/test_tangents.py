@@ -30,7 +30,7 @@ from sssi_exudyn.model.faults import BootCuff, GpsJump, HeadingDrift, InsoleGain
 from sssi_exudyn.model.from_recording import first_guess, model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.simulation.reduced.derivatives import host_of, run_tangents, skier_mass_change
+from sssi_exudyn.simulation.reduced.derivatives import TableChange, host_of, run_tangents, skier_mass_change
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import responses_to_additions, sensitivities, simulate_each
@@ -161,11 +161,13 @@ def test_by_the_start_and_the_capture() -> None:
 def test_by_errors_of_the_feet_that_stay_or_wander(kind: str) -> None:
     model, prepared = everything()
     errors = [CaptureError(kind, 0, None), CaptureError(kind, 1, (1.2, 0.8))]
-    changes = [partial(lambda error, tables, size: with_error(tables, error, size), error) for error in errors]
+    changes = [
+        TableChange(partial(lambda error, tables, size: with_error(tables, error, size), error)) for error in errors
+    ]
     slopes = run_tangents(model, prepared, (), changes)[1]
     for i, change in enumerate(changes):
         expected = richardson(
-            lambda x, change=change: stacked(simulate_reduced(model, change(prepared, x))),
+            lambda x, change=change: stacked(simulate_reduced(model, change.apply(prepared, x))),
             # points a metre ahead of the foot touch down and lift off with every 10 µm; plain differences of the right
             # foot's roll are 3e-6 off the tangent at 1e-5, 1e-5 at 6e-6, and 1e-4 below 3e-6, where the run's own
             # tolerance shows
