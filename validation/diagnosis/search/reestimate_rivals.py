@@ -74,7 +74,8 @@ def estimate_rivals(
 
     def add(explanation: Nothing | Refitted, begin: float, end: float) -> None:
         name, part = explanation.name, problem.reporting(begin, end)
-        weighed[name], about = estimate(part, state, latest, explanation, full=full)
+        near, start = _begin_near(state, explanation, estimates)
+        weighed[name], about = estimate(part, near, latest, start, full=full)
         estimates[name] = replace(about, problem=replace(about.problem, progress=problem.progress))
 
     for i, rival in enumerate(rivals):
@@ -96,6 +97,24 @@ def estimate_rivals(
         add(next(explanation for explanation in latest.refitted if explanation.name == best.name), 1.0, 1.0)
         following = latest.ranked(_in_free_form(_with_estimates(latest, rivals, weighed), free_forms))
     return following, estimates
+
+
+def _begin_near(
+    state: State, explanation: Nothing | Refitted, estimates: Mapping[str, Reestimate]
+) -> tuple[State, Nothing | Refitted]:
+    """Return where the estimate with a law begins: with posture, snow surface and mass as the first law's estimate has
+    them.
+
+    Estimates with laws that explain the same are near each other, and all of them ten standard deviations from the one
+    as if nothing were missing.
+    """
+    others = [name for name in estimates if name != Nothing.name]
+    known = estimates[others[0]].state.estimate if others else None
+    if known is None or isinstance(explanation, Nothing):
+        return state, explanation
+    about = known.model
+    model = replace(explanation.fit.model, posture=about.posture, surface=about.surface, skier=about.skier)
+    return replace(state, estimate=known), replace(explanation, fit=replace(explanation.fit, model=model))
 
 
 def _rivals(latest: Round) -> list[Nothing | Refitted]:

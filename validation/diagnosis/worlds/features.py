@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.special import logsumexp
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import Uncertain, log_factors, whiten_columns
@@ -33,24 +34,24 @@ _FOOT_MEMORIES: Final = (0.3, 2.0)
 
 @dataclass(frozen=True)
 class _Family:
-    """One feature that is evidence.  It is of candidates of ``width`` amplitudes each, with ``gram`` (c, w, w), or of
-    forces of any form, with ``gains`` (k, p, p) and ``volumes`` (k,).  ``columns`` (N, p) are in units of noise.
+    """One feature that is evidence: of c candidates with w amplitudes each, or of a force of any form as one candidate.
+
+    columns : (N, c·w) in units of noise;  gram : (c, w, w) what the measurements know of the amplitudes
+    sizes : by how many times amplitudes are usually larger
     """
 
     name: str
     columns: Array
-    gram: Array | None = None
-    gains: tuple[Array, ...] = ()
-    volumes: tuple[float, ...] = ()
+    gram: Array
+    sizes: tuple[float, ...]
 
 
 class Features:
     """The features of runs with one geometry."""
 
     def __init__(self, geometry: Geometry, known: Uncertain, thresholds: Thresholds) -> None:
-        self._sizes = thresholds.sizes
         self._blocks = geometry.linear.measurements.blocks
-        self._families = [*_laws(geometry, known), *_forms(geometry, known, thresholds)]
+        self._families = [*_laws(geometry, known, thresholds.sizes), *_forms(geometry, known, thresholds)]
 
     @property
     def names(self) -> list[str]:
@@ -90,19 +91,12 @@ class Features:
         return np.concatenate(parts, axis=1)
 
     def _of(self, family: _Family, rest: Array) -> Array:
-        pull = family.columns.T @ rest
-        if family.gram is not None:
-            count, width = family.gram.shape[:2]
-            factors = log_factors(family.gram, pull.reshape(count, width, -1), self._sizes)
-            return np.asarray(np.logaddexp.reduce(factors, axis=(0, 1)) - np.log(len(self._sizes) * count))
-        logs = [
-            0.5 * np.sum(pull * (gain @ pull), axis=0) - volume
-            for gain, volume in zip(family.gains, family.volumes, strict=True)
-        ]
-        return np.asarray(np.logaddexp.reduce(logs, axis=0) - np.log(len(logs)))
+        pull = (family.columns.T @ rest).reshape(*family.gram.shape[:2], -1)
+        factors = log_factors(family.gram, pull, family.sizes)
+        return np.asarray(logsumexp(factors, axis=(0, 1)) - np.log(factors.shape[0] * factors.shape[1]))
 
 
-def _laws(geometry: Geometry, known: Uncertain) -> list[_Family]:
+def _laws(geometry: Geometry, known: Uncertain, sizes: tuple[float, ...]) -> list[_Family]:
     """Return the evidence of each hypothesis, over all its candidates."""
     families = []
     for name, candidates in geometry.candidates.items():
@@ -111,19 +105,22 @@ def _laws(geometry: Geometry, known: Uncertain) -> list[_Family]:
         shape = len(white), len(candidates), -1
         left = known.remove_from(white)
         gram = np.einsum("nci,ncj->cij", white.reshape(shape), left.reshape(shape))
-        families.append(_Family(name, white, gram))
+        families.append(_Family(name, white, gram, sizes))
         if geometry.kinds[name] == "physics":
-            families += _bent(geometry, known, name, candidates)
+            families += _bent(geometry, known, (name, candidates), sizes)
     return families
 
 
-def _bent(geometry: Geometry, known: Uncertain, name: str, candidates: Sequence[Candidate]) -> list[_Family]:
+def _bent(
+    geometry: Geometry, known: Uncertain, law: tuple[str, Sequence[Candidate]], sizes: tuple[float, ...]
+) -> list[_Family]:
     """Return the evidence of a hypothesis whose law has nearly its form: each amplitude brings modes of the error."""
+    name, candidates = law
     some = candidates[:: -(-len(candidates) // _MOST_BENT)]
     exact = np.hstack([candidate.free.columns * candidate.free.scales for candidate in some])
     apart = np.abs(geometry.middles[:, None] - geometry.middles)
-    sizes, axes = np.linalg.eigh(np.exp(-apart / _FORM_MEMORY))
-    modes = (axes * np.sqrt(sizes))[:, : -_FORM_MODES - 1 : -1]
+    variances, axes = np.linalg.eigh(np.exp(-apart / _FORM_MEMORY))
+    modes = (axes * np.sqrt(variances))[:, : -_FORM_MODES - 1 : -1]
     force = (geometry.following @ exact).reshape(*geometry.shape, -1)
     changes = np.einsum("dca,cm->dcam", force, modes).reshape(force.shape[0] * force.shape[1], -1)
     by_mode = (geometry.by_body @ changes).reshape(*exact.shape, -1)
@@ -133,7 +130,7 @@ def _bent(geometry: Geometry, known: Uncertain, name: str, candidates: Sequence[
         white = whiten_columns(geometry.linear, geometry.levels, columns)
         shape = len(white), len(some), -1
         gram = np.einsum("nci,ncj->cij", white.reshape(shape), known.remove_from(white).reshape(shape))
-        families.append(_Family(f"{name} bent {share:g}", white, gram))
+        families.append(_Family(f"{name} bent {share:g}", white, gram, sizes))
     return families
 
 
@@ -145,15 +142,10 @@ def _forms(geometry: Geometry, known: Uncertain, thresholds: Thresholds) -> list
 
     def add(name: str, columns: Array, ways: Array, memory: float) -> None:
         kept = np.repeat(ways, len(middles)) > 0.0
-        white = whiten_columns(geometry.linear, geometry.levels, columns[:, kept])
+        lower = np.linalg.cholesky(latent_covariance(middles, 1.0, memory)[np.ix_(kept, kept)])
+        white = whiten_columns(geometry.linear, geometry.levels, columns[:, kept] @ lower)
         gram = white.T @ known.remove_from(white)
-        gains, volumes = [], []
-        for size in sizes:
-            prior = latent_covariance(middles, size, memory)[np.ix_(kept, kept)]
-            inner = np.eye(len(prior)) + prior @ gram
-            gains.append(np.asarray(np.linalg.solve(inner, prior), dtype=np.float64))
-            volumes.append(0.5 * float(np.linalg.slogdet(inner)[1]))
-        families.append(_Family(name, white, None, tuple(gains), tuple(volumes)))
+        families.append(_Family(name, white, gram[None], sizes))
 
     for memory in thresholds.force_memories:
         for name, way in ways.items():

@@ -14,6 +14,7 @@ from explanations import explained, ranked
 
 from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.validation.diagnosis.context import diagnosis_problem, no_nuisances
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
@@ -114,6 +115,31 @@ def test_a_rival_that_cannot_be_simulated_is_none() -> None:
 def test_a_best_explanation_that_cannot_be_simulated_is_no_finding() -> None:
     with pytest.raises(SimulationDiverged):
         Weighing(gust=44.0).estimate(a_round(**LATEST))
+
+
+def test_a_law_begins_near_the_first_laws_estimate_and_nothing_where_the_search_was() -> None:
+    recording, motion = bundled("beginner")
+    searched = model_of(recording, motion)
+    light = replace(searched, skier=replace(searched.skier, mass=0.9 * searched.skier.mass))
+    about: dict[str, Any] = {"search": SimpleNamespace(model=searched), "first": SimpleNamespace(model=light)}
+    fit = Refit(searched, (), np.zeros(0), np.zeros(1), np.zeros((1, 0)), 0.0, np.zeros((0, 0)))
+    every = [explained(name, value, fit=fit, levels=LEVELS) for name, value in {"snow_patch": 1.0, "gust": 0.0}.items()]
+    latest = ranked(explained("nothing", 0.5, fit=fit, levels=LEVELS), *every, base=fit)
+    begun: dict[str, tuple[Any, float]] = {}
+
+    def estimate(
+        problem: Any, state: State, _latest: Round, explanation: Nothing | Refitted, *, full: bool
+    ) -> tuple[Nothing | Refitted, Reestimate]:
+        begun[explanation.name] = state.estimate, explanation.fit.model.skier.mass
+        return explanation, Reestimate(problem, replace(state, estimate=about["first"]), explanation.fit)
+
+    state = State(LEVELS, no_nuisances(1), np.zeros(1), about["search"])
+    estimate_rivals(PROBLEM, state, latest, full=False, estimate=estimate)
+    assert begun == {
+        "snow_patch": (about["search"], searched.skier.mass),
+        "gust": (about["first"], light.skier.mass),
+        "nothing": (about["search"], searched.skier.mass),
+    }
 
 
 @pytest.mark.long(seconds=30)
