@@ -24,9 +24,9 @@ from sssi_exudyn import import_files
 from sssi_exudyn.analysis.turn_style import FEATURES, STYLES, StyleModel, style_features, style_model
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.few_sensors_fit import path_data
+from sssi_exudyn.fitting.few_sensors.few_sensors_fit import path_data
+from sssi_exudyn.fitting.few_sensors.path_balance import PathEstimate, estimate_path
 from sssi_exudyn.fitting.first_fit import COARSE_STEP
-from sssi_exudyn.fitting.path_balance import PathEstimate, estimate_path
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.simulation.reduced.prepared import prepare

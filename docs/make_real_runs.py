@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sssi_exudyn.fitting.few_sensors_fit import FewSensorsFit, fit_few_sensors
+from sssi_exudyn.fitting.few_sensors.few_sensors_fit import FewSensorsFit, fit_few_sensors
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording

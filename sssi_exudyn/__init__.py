@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
     from sssi_exudyn.core.quantity import quantity
     from sssi_exudyn.importing.answers import Answers
-    from sssi_exudyn.importing.motion_formats import MotionReader
+    from sssi_exudyn.importing.motion_capture.motion_formats import MotionReader
     from sssi_exudyn.model.model import Model
     from sssi_exudyn.recording.instruments.gps import FixReader
     from sssi_exudyn.recording.recording import Recording
@@ -109,7 +109,7 @@ _ELSEWHERE: Final = {
     "IdentifiedSki": "bodies.ski.identification",
     "InputError": "core.errors",
     "Model": "model.model",
-    "MotionReader": "importing.motion_formats",
+    "MotionReader": "importing.motion_capture.motion_formats",
     "PointTerm": "contact.term",
     "Recording": "recording.recording",
     "Result": "api.result",

@@ -79,7 +79,7 @@ def _add_class(cls: type) -> bool:
 
 
 def _add_reader(offered: object) -> bool:
-    from sssi_exudyn.importing.motion_formats import MotionReader, add_motion_reader
+    from sssi_exudyn.importing.motion_capture.motion_formats import MotionReader, add_motion_reader
     from sssi_exudyn.recording.instruments.gps import FixReader, add_fix_reader
 
     if isinstance(offered, MotionReader):

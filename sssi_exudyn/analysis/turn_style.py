@@ -1,6 +1,6 @@
 """Carving, skidding or wedge: probabilities from what few sensors show of a run or of a turn.
 
-A multinomial logistic regression on three figures of the balance along the path (``fitting.path_balance``): effective
+A multinomial logistic regression on three figures of the balance along the path (``path_balance``): effective
 friction, slope and speed.  Skis that carve lose little at high speed; skidding brakes what the slope pulls; a wedge
 does so at low speed.  Slope is among them because skiers hold their speed: by itself friction tells mostly the slope.
 The probabilities are averages over the error of friction.
@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.path_balance import PathEstimate
+from sssi_exudyn.fitting.few_sensors.path_balance import PathEstimate
 
 STYLES: Final = ("carving", "skidding", "wedge")
 FEATURES: Final = ("effective_friction", "slope", "log_speed")

@@ -142,8 +142,8 @@ def import_files(
     --------
     >>> sssi_exudyn.import_files(["run.mvnx", "run.gpx"], "monday", mass_kg=70.0, height_m=1.75)
     """
-    from sssi_exudyn.importing.app_exports import files_given
     from sssi_exudyn.importing.days.day import import_run
+    from sssi_exudyn.importing.sensors.app_exports import files_given
 
     known = _answers_of(answers, defaults)
     with files_given(_paths_of(files)) as given:
@@ -170,8 +170,8 @@ def import_day(
     >>> runs = [piece for piece in pieces if piece.kind == "run"]
     """
     from sssi_exudyn.api.progress import progress_of
-    from sssi_exudyn.importing.app_exports import files_given
     from sssi_exudyn.importing.days.day import import_day as work
+    from sssi_exudyn.importing.sensors.app_exports import files_given
 
     known = _answers_of(answers, defaults)
     with progress_of(progress).stage("import") as stage, files_given(_paths_of(files)) as given:
@@ -188,8 +188,8 @@ def import_any(
     **answers: Unpack[AnswerOptions],
 ) -> Recording | list[ImportedRun] | list[DayPiece]:
     """Import files, a day of runs, or a folder of many: what the command line was given."""
-    from sssi_exudyn.importing.app_exports import files_given
     from sssi_exudyn.importing.days.day import holds_several_runs
+    from sssi_exudyn.importing.sensors.app_exports import files_given
 
     with files_given(files) as given:
         if len(given) == 1 and given[0].is_dir():

@@ -30,13 +30,13 @@ from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.core.new_files import check_no_link
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
-from sssi_exudyn.fitting.few_sensors_fit import fit_few_sensors
+from sssi_exudyn.fitting.few_sensors.few_sensors_fit import fit_few_sensors
+from sssi_exudyn.fitting.few_sensors.path_balance import PathEstimate
 from sssi_exudyn.fitting.first_fit import Fitted, problem_of
 from sssi_exudyn.fitting.first_fit import fit as fit_problem
 from sssi_exudyn.fitting.misfit import why_missed
 from sssi_exudyn.fitting.observations import correct_fixes
 from sssi_exudyn.fitting.parameters import seek_too
-from sssi_exudyn.fitting.path_balance import PathEstimate
 from sssi_exudyn.fitting.snow_prior import glide_prior
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.io.writing import check_file_name, clear_errors, folder_lock, to_plain, write_atomically

@@ -22,13 +22,13 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.importing.answers import Answers
-from sssi_exudyn.importing.app_exports import with_places
-from sssi_exudyn.importing.bvh_writer import bvh_text
 from sssi_exudyn.importing.defaults import OF_TELEPHONES, PLACES, UNCERTAIN, USUAL
-from sssi_exudyn.importing.insole_exports import SUFFIXES as INSOLE_EXPORTS
-from sssi_exudyn.importing.insole_exports import InsoleExport, is_insole_export, read_insole_export
-from sssi_exudyn.importing.motion_formats import MOTION_READERS, read_motion
-from sssi_exudyn.importing.sensor_logs import (
+from sssi_exudyn.importing.motion_capture.bvh_writer import bvh_text
+from sssi_exudyn.importing.motion_capture.motion_formats import MOTION_READERS, read_motion
+from sssi_exudyn.importing.sensors.app_exports import with_places
+from sssi_exudyn.importing.sensors.insole_exports import SUFFIXES as INSOLE_EXPORTS
+from sssi_exudyn.importing.sensors.insole_exports import InsoleExport, is_insole_export, read_insole_export
+from sssi_exudyn.importing.sensors.sensor_logs import (
     BAROMETER,
     PRESSURE,
     Log,

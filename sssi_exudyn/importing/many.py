@@ -16,10 +16,10 @@ from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.core.new_files import check_no_link
 from sssi_exudyn.core.text import csv_of, one_line
 from sssi_exudyn.importing.answers import Answers
-from sssi_exudyn.importing.app_exports import files_given
 from sssi_exudyn.importing.assemble import check_posture, sort_sources
 from sssi_exudyn.importing.days.day import DayPiece, holds_several_runs, import_day, import_run
 from sssi_exudyn.importing.days.run_files import RunFiles, find_run_files
+from sssi_exudyn.importing.sensors.app_exports import files_given
 from sssi_exudyn.io.writing import clear_errors, folder_lock, write_atomically
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Recording

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from sssi_exudyn.fitting.few_sensors_fit import FewSensorsFit
+from sssi_exudyn.fitting.few_sensors.few_sensors_fit import FewSensorsFit
 from sssi_exudyn.recording.few_sensors.complete import Completed
 from sssi_exudyn.results.summary import Estimate, FrictionShares, Interval, Posture, PostureSigma, Prediction
 

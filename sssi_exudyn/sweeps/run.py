@@ -16,7 +16,7 @@ from sssi_exudyn.bodies.ski.ski import Ski, ski_named
 from sssi_exudyn.contact.registry import term_named
 from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
-from sssi_exudyn.fitting.few_sensors_fit import fit_few_sensors
+from sssi_exudyn.fitting.few_sensors.few_sensors_fit import fit_few_sensors
 from sssi_exudyn.fitting.first_fit import fit, problem_of
 from sssi_exudyn.fitting.misfit import believable_estimate, believable_fit
 from sssi_exudyn.fitting.snow_surface import on_snow_surface

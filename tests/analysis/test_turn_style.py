@@ -10,7 +10,7 @@ import pytest
 
 from sssi_exudyn.analysis.turn_style import STYLES, add_styles, style_features, style_model, style_of
 from sssi_exudyn.core.noise import ExponentialNoise
-from sssi_exudyn.fitting.path_balance import PathData, PathEstimate, estimate_path
+from sssi_exudyn.fitting.few_sensors.path_balance import PathData, PathEstimate, estimate_path
 from sssi_exudyn.results.summary import Summary, summary_from_dict, summary_to_dict
 
 LOAD, DRAG, SLOPE = 0.98, 0.0032, 0.16

@@ -19,7 +19,7 @@ from sssi_exudyn.core.frames import rotation_from_bvh
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.assemble import import_recording
 from sssi_exudyn.importing.defaults import read_defaults
-from sssi_exudyn.importing.mvnx import JOINT_OF_SEGMENT
+from sssi_exudyn.importing.motion_capture.mvnx import JOINT_OF_SEGMENT
 from sssi_exudyn.recording.instruments.bvh import read_bvh, world_rotations
 from sssi_exudyn.recording.instruments.gps import read_gps
 from sssi_exudyn.recording.read import read_recording

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.importing.c3d_points import read_points
+from sssi_exudyn.importing.motion_capture.c3d_points import read_points
 from sssi_exudyn.runtime.posix import pages, posix_module
 from sssi_exudyn.sweeps.plan import Job, SweepRun
 from sssi_exudyn.sweeps.records import claim

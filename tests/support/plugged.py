@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from sssi_exudyn.contact import registry
-from sssi_exudyn.importing import motion_formats
+from sssi_exudyn.importing.motion_capture import motion_formats
 from sssi_exudyn.recording.instruments import gps
 from sssi_exudyn.runtime import plugins
 from sssi_exudyn.validation.diagnosis.hypotheses import catalogue

@@ -29,7 +29,7 @@ from sssi_exudyn.importing.assemble import (
     sort_sources,
 )
 from sssi_exudyn.importing.days.descents import LEAST_DROP, LEAST_TIME, Piece, averaged_speed, split_day
-from sssi_exudyn.importing.sensor_logs import cut_log
+from sssi_exudyn.importing.sensors.sensor_logs import cut_log
 from sssi_exudyn.io.bounds import MAX_SENSOR
 from sssi_exudyn.io.files import open_regular
 from sssi_exudyn.io.writing import folder_lock, write_atomically

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Final
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.importing.app_exports import ARCHIVE, SENSOR, app_files
 from sssi_exudyn.importing.assemble import has_two_of_a_kind
-from sssi_exudyn.importing.insole_exports import SUFFIXES as INSOLE_EXPORTS
-from sssi_exudyn.importing.insole_exports import is_insole_export
-from sssi_exudyn.importing.motion_formats import MOTION_READERS
-from sssi_exudyn.importing.sensor_logs import BAROMETER
+from sssi_exudyn.importing.motion_capture.motion_formats import MOTION_READERS
+from sssi_exudyn.importing.sensors.app_exports import ARCHIVE, SENSOR, app_files
+from sssi_exudyn.importing.sensors.insole_exports import SUFFIXES as INSOLE_EXPORTS
+from sssi_exudyn.importing.sensors.insole_exports import is_insole_export
+from sssi_exudyn.importing.sensors.sensor_logs import BAROMETER
 from sssi_exudyn.io.writing import clear_errors
 from sssi_exudyn.recording.instruments.fixes_gnss_logger import is_gnss_log
 from sssi_exudyn.recording.instruments.gopro import SUFFIXES as CAMERAS

@@ -12,7 +12,7 @@ from tiny import Columns, motion
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
-from sssi_exudyn.importing.sensor_logs import read_logs
+from sssi_exudyn.importing.sensors.sensor_logs import read_logs
 from sssi_exudyn.recording.instruments.gopro import read_telemetry
 from sssi_exudyn.recording.instruments.gps import read_fixes
 

@@ -21,11 +21,11 @@ from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.assemble import import_recording
 from sssi_exudyn.importing.days.day import import_day
-from sssi_exudyn.importing.insole_exports import is_insole_export, read_insole_export
-from sssi_exudyn.importing.motion_formats import MOTION_READERS, read_motion
-from sssi_exudyn.importing.opensense import SUFFIX as ORIENTATIONS
-from sssi_exudyn.importing.opensense import places_in
-from sssi_exudyn.importing.sensor_logs import read_logs
+from sssi_exudyn.importing.motion_capture.motion_formats import MOTION_READERS, read_motion
+from sssi_exudyn.importing.sensors.insole_exports import is_insole_export, read_insole_export
+from sssi_exudyn.importing.sensors.opensense import SUFFIX as ORIENTATIONS
+from sssi_exudyn.importing.sensors.opensense import places_in
+from sssi_exudyn.importing.sensors.sensor_logs import read_logs
 from sssi_exudyn.io.writing import folder_lock
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.toml import read_model

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from fuzz_seeds import Seed
 
 LIMIT_S, LIMIT_BYTES = 10, 10**9
-READERS = ("sssi_exudyn.importing.c3d_points", "sssi_exudyn.terrain.elevation_reader")
+READERS = ("sssi_exudyn.importing.motion_capture.c3d_points", "sssi_exudyn.terrain.elevation_reader")
 """Modules that the program runs as processes of their own."""
 _ADDRESSES = 2_500_000_000
 """Addresses that a case may reserve, bytes: more than it may use, and far less than would stop the machine."""

@@ -13,11 +13,11 @@ from strapped import write_few
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.noise import ExponentialNoise
-from sssi_exudyn.fitting.few_sensors_fit import FewSensorsFit, drag_of, effective_friction, fit_few_sensors
+from sssi_exudyn.fitting.few_sensors.few_sensors_fit import FewSensorsFit, drag_of, effective_friction, fit_few_sensors
+from sssi_exudyn.fitting.few_sensors.path_balance import PathData, estimate_path
 from sssi_exudyn.fitting.first_fit import COARSE_STEP, problem_of
 from sssi_exudyn.fitting.misfit import believable_fit, why_missed
 from sssi_exudyn.fitting.parameters import posture_errors
-from sssi_exudyn.fitting.path_balance import PathData, estimate_path
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
@@ -30,7 +30,7 @@ from sssi_exudyn.results.posture import posture_figures, second_half_table
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "beginner"
 TRUE = {"friction.mu_t": 0.06, "friction.mu_n": 0.55}
 
 

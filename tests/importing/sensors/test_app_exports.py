@@ -12,8 +12,8 @@ from strapped import LAG, strapped
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.importing.answers import Answers
-from sssi_exudyn.importing.app_exports import app_files, files_given, with_places
 from sssi_exudyn.importing.assemble import import_recording, sort_sources
+from sssi_exudyn.importing.sensors.app_exports import app_files, files_given, with_places
 from sssi_exudyn.recording.read import read_recording
 
 SENSOR_LOGGER = ("Location", "Gyroscope", "Accelerometer", "Gravity", "TotalAcceleration", "Barometer", "Orientation")
@@ -65,7 +65,7 @@ def test_a_film_is_fixes_and_a_sensor_on_the_helmet(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_a_film_alone_makes_a_recording(tmp_path: Path) -> None:
-    whole = read_recording(Path(__file__).parents[2] / "examples" / "intermediate")
+    whole = read_recording(Path(__file__).parents[3] / "examples" / "intermediate")
     one, gps = strapped(whole, "pocket", 4), whole.gps
     assert gps is not None
     latitude, longitude, altitude = enu2geodetic(*gps.enu.T, *gps.origin)

@@ -20,8 +20,8 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.core.text import one_line
-from sssi_exudyn.importing.opensense import SUFFIX as ORIENTATIONS
-from sssi_exudyn.importing.opensense import read_orientations
+from sssi_exudyn.importing.sensors.opensense import SUFFIX as ORIENTATIONS
+from sssi_exudyn.importing.sensors.opensense import read_orientations
 from sssi_exudyn.io.bounds import MAX_COLUMNS, check_samples
 from sssi_exudyn.io.files import read_text
 from sssi_exudyn.io.long_table import pieces_of_lines

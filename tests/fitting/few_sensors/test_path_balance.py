@@ -7,7 +7,7 @@ import pytest
 
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.core.noise import ExponentialNoise, draw_noise
-from sssi_exudyn.fitting.path_balance import PathData, estimate_path, predict_second_half
+from sssi_exudyn.fitting.few_sensors.path_balance import PathData, estimate_path, predict_second_half
 
 DRAG = 0.0033
 LOAD = float(np.cos(0.2))

@@ -11,8 +11,8 @@ from swinging import HEIGHT, chain_coordinates, mot
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED, SEGMENT, average_geometry, forward_kinematics
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.importing.bvh_writer import bvh_text
-from sssi_exudyn.importing.motion_formats import read_motion
+from sssi_exudyn.importing.motion_capture.bvh_writer import bvh_text
+from sssi_exudyn.importing.motion_capture.motion_formats import read_motion
 from sssi_exudyn.motion.capture_to_chain import capture_in_body_axes
 from sssi_exudyn.recording.instruments.bvh import read_bvh
 

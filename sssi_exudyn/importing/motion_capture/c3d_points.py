@@ -54,7 +54,7 @@ def read_points(path: Path) -> Points:
     library("ezc3d", path)
     read_bytes(path)  # refuses a missing, empty or too large file
     try:
-        with confined("sssi_exudyn.importing.c3d_points", path, {}) as process:
+        with confined("sssi_exudyn.importing.motion_capture.c3d_points", path, {}) as process:
             content = process.ask(b"")
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             rate, unit = float(archive["rate"]), str(archive["unit"])

@@ -13,9 +13,9 @@ from tiny import Tiny
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, rotation_from_bvh
-from sssi_exudyn.importing.bvh_writer import bvh_text
-from sssi_exudyn.importing.motion_formats import read_motion
-from sssi_exudyn.importing.mvnx import JOINT_OF_SEGMENT
+from sssi_exudyn.importing.motion_capture.bvh_writer import bvh_text
+from sssi_exudyn.importing.motion_capture.motion_formats import read_motion
+from sssi_exudyn.importing.motion_capture.mvnx import JOINT_OF_SEGMENT
 from sssi_exudyn.recording.instruments.bvh import Bvh, joint_positions, read_bvh, world_rotations
 
 PLACES = {name: np.array(place) for name, _, _, place in SEGMENTS}

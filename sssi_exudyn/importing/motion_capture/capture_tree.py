@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.frames import BODY_FROM_BVH, Array
-from sssi_exudyn.importing.resample import even_frames
+from sssi_exudyn.importing.motion_capture.resample import even_frames
 from sssi_exudyn.motion.capture_to_chain import hanging_from_t_pose
 from sssi_exudyn.recording.instruments.bvh import Bvh
 

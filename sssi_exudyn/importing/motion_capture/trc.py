@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.importing.c3d_points import UNITS, Points
+from sssi_exudyn.importing.motion_capture.c3d_points import UNITS, Points
 from sssi_exudyn.io.bounds import MAX_COLUMNS, check_samples
 from sssi_exudyn.io.files import read_text
 from sssi_exudyn.io.repairs import REPEATED, Repairs, rising_records

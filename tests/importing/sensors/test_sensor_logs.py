@@ -16,12 +16,12 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.assemble import import_recording
-from sssi_exudyn.importing.sensor_logs import read_logs, write_pressure
+from sssi_exudyn.importing.sensors.sensor_logs import read_logs, write_pressure
 from sssi_exudyn.recording.instruments.insoles import read_insoles
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "intermediate"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "intermediate"
 ANSWERS = Answers(
     mass_kg=84.0,
     height_m=1.8,

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import BODY_FROM_BVH, Array
-from sssi_exudyn.importing.resample import even_frames
+from sssi_exudyn.importing.motion_capture.resample import even_frames
 from sssi_exudyn.io.bounds import MAX_JOINTS, check_samples
 from sssi_exudyn.io.markup import elements, local_name, text_below
 from sssi_exudyn.recording.instruments.bvh import Bvh

@@ -15,8 +15,8 @@ from trc_file import joint_places, mediapipe, opencap, pose2sim, trc
 from sssi_exudyn.bodies.skier.chain import SEGMENT, Poses, average_geometry, forward_kinematics
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.importing.joint_centres import SETS
-from sssi_exudyn.importing.motion_formats import read_motion
+from sssi_exudyn.importing.motion_capture.joint_centres import SETS
+from sssi_exudyn.importing.motion_capture.motion_formats import read_motion
 from sssi_exudyn.motion.capture_to_chain import Capture, capture_in_body_axes
 
 LEGS = {

@@ -13,7 +13,7 @@ from tiny import ANSWERS, Tiny
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.importing.assemble import import_recording
-from sssi_exudyn.importing.insole_exports import is_insole_export, read_insole_export
+from sssi_exudyn.importing.sensors.insole_exports import is_insole_export, read_insole_export
 
 
 def write(path: Path, text: str) -> Path:

@@ -24,10 +24,16 @@ from sssi_exudyn.core.frames import GRAVITY
 from sssi_exudyn.core.noise import ExponentialNoise
 from sssi_exudyn.core.number_ref import MU_N, MU_T, NumberRef
 from sssi_exudyn.core.quantity import quantities
+from sssi_exudyn.fitting.few_sensors.path_balance import (
+    PathData,
+    PathEstimate,
+    SecondHalf,
+    estimate_path,
+    predict_second_half,
+)
 from sssi_exudyn.fitting.first_fit import COARSE_STEP, UNSTEERED, Fitted, noise_of, problem_of
 from sssi_exudyn.fitting.objective import counts_of
 from sssi_exudyn.fitting.optimise import Optimum
-from sssi_exudyn.fitting.path_balance import PathData, PathEstimate, SecondHalf, estimate_path, predict_second_half
 from sssi_exudyn.fitting.snow_surface import BAROMETER
 from sssi_exudyn.model.heading import REPLAY
 from sssi_exudyn.model.model import Model

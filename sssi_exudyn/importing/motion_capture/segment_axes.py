@@ -10,8 +10,8 @@ import numpy as np
 from sssi_exudyn.bodies.skier.chain import SEGMENT, average_geometry
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.importing.c3d_points import Points
-from sssi_exudyn.importing.capture_tree import SIDES, trunk_places
+from sssi_exudyn.importing.motion_capture.c3d_points import Points
+from sssi_exudyn.importing.motion_capture.capture_tree import SIDES, trunk_places
 from sssi_exudyn.io.repairs import Mask
 from sssi_exudyn.motion.capture_to_chain import mean_in
 

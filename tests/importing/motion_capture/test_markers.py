@@ -13,7 +13,7 @@ from swinging import COUNT, HEIGHT, RATE, chain_coordinates
 from sssi_exudyn.bodies.skier.chain import SEGMENT, Poses, average_geometry, forward_kinematics
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.importing.motion_formats import read_motion
+from sssi_exudyn.importing.motion_capture.motion_formats import read_motion
 from sssi_exudyn.motion.capture_to_chain import Capture, capture_in_body_axes
 
 SEGMENTS = {

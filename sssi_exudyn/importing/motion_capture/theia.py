@@ -16,9 +16,9 @@ from sssi_exudyn.bodies.skier.chain import SEGMENT, average_geometry
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import one_line
-from sssi_exudyn.importing.c3d_points import Points
-from sssi_exudyn.importing.capture_tree import SIDES, capture_of
-from sssi_exudyn.importing.segment_axes import Places, check_axes, lengths_of
+from sssi_exudyn.importing.motion_capture.c3d_points import Points
+from sssi_exudyn.importing.motion_capture.capture_tree import SIDES, capture_of
+from sssi_exudyn.importing.motion_capture.segment_axes import Places, check_axes, lengths_of
 from sssi_exudyn.recording.instruments.bvh import Bvh
 
 _SEGMENTS: Final = {"Hips": "pelvis", "Spine": "torso", "Head": "head"}

@@ -18,8 +18,8 @@ from scipy.spatial.transform import Rotation
 from sssi_exudyn.bodies.skier.chain import SEGMENT, average_geometry
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import BODY_FROM_BVH, Array, rotation_from_bvh
-from sssi_exudyn.importing.capture_tree import SIDES, capture_of
-from sssi_exudyn.importing.segment_axes import lengths_of
+from sssi_exudyn.importing.motion_capture.capture_tree import SIDES, capture_of
+from sssi_exudyn.importing.motion_capture.segment_axes import lengths_of
 from sssi_exudyn.motion.capture_to_chain import hanging_from_t_pose
 from sssi_exudyn.recording.instruments.bvh import (
     Bvh,

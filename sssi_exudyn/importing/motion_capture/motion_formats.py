@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Final
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.importing.c3d_points import Points, read_points
-from sssi_exudyn.importing.joint_angles import read_joint_angles
-from sssi_exudyn.importing.joint_centres import capture_of_joint_centres
-from sssi_exudyn.importing.markers import capture_of_markers, is_plug_in_gait
-from sssi_exudyn.importing.mvnx import read_mvnx
-from sssi_exudyn.importing.skeletons.cmu_and_rokoko import other_skeleton, read_other_skeleton
-from sssi_exudyn.importing.skeletons.theia import capture_of_poses
-from sssi_exudyn.importing.trc import read_trc
+from sssi_exudyn.importing.motion_capture.c3d_points import Points, read_points
+from sssi_exudyn.importing.motion_capture.cmu_and_rokoko import other_skeleton, read_other_skeleton
+from sssi_exudyn.importing.motion_capture.joint_angles import read_joint_angles
+from sssi_exudyn.importing.motion_capture.joint_centres import capture_of_joint_centres
+from sssi_exudyn.importing.motion_capture.markers import capture_of_markers, is_plug_in_gait
+from sssi_exudyn.importing.motion_capture.mvnx import read_mvnx
+from sssi_exudyn.importing.motion_capture.theia import capture_of_poses
+from sssi_exudyn.importing.motion_capture.trc import read_trc
 from sssi_exudyn.recording.instruments.bvh import Bvh, joint_bones, read_bvh, recording_names
 
 Read = tuple[Bvh, float | None]

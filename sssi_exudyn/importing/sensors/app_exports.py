@@ -15,8 +15,8 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.importing.opensense import SUFFIX, places_in
-from sssi_exudyn.importing.sensor_logs import BAROMETER, split_place
+from sssi_exudyn.importing.sensors.opensense import SUFFIX, places_in
+from sssi_exudyn.importing.sensors.sensor_logs import BAROMETER, split_place
 from sssi_exudyn.io.archive import unpack
 from sssi_exudyn.recording.instruments.gopro import SUFFIXES as CAMERAS
 

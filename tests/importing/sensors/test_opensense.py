@@ -15,14 +15,14 @@ from strapped import LAG, strapped, truth
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import BODY_FROM_BVH, Array, level_to_enu
 from sssi_exudyn.importing.answers import Answers
-from sssi_exudyn.importing.app_exports import with_places
 from sssi_exudyn.importing.assemble import import_recording
-from sssi_exudyn.importing.opensense import places_in, read_orientations
+from sssi_exudyn.importing.sensors.app_exports import with_places
+from sssi_exudyn.importing.sensors.opensense import places_in, read_orientations
 from sssi_exudyn.recording.instruments.bvh import world_rotations
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "intermediate"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "intermediate"
 JOINTS = {"calcn_l_imu": "LeftFoot", "calcn_r_imu": "RightFoot", "femur_l_imu": "LeftUpLeg"}
 
 

@@ -22,8 +22,8 @@ from sssi_exudyn.bodies.skier.chain import (
 )
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.importing.capture_tree import SIDES, capture_of, trunk_places
-from sssi_exudyn.importing.opensense import is_orientations
+from sssi_exudyn.importing.motion_capture.capture_tree import SIDES, capture_of, trunk_places
+from sssi_exudyn.importing.sensors.opensense import is_orientations
 from sssi_exudyn.io.files import read_text
 from sssi_exudyn.io.storage import GROUND_FROM_LEVEL, read_storage
 from sssi_exudyn.io.table import check_time

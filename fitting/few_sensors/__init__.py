@@ -1,0 +1,1 @@
+"""Recordings of few sensors: friction from the balance of energy along the path."""

@@ -1,0 +1,1 @@
+"""Captures of motion in the formats of other systems, whose segments have names and axes of their own."""

@@ -1,0 +1,1 @@
+"""Logs of inertial sensors, telephones and insoles, as their programs export them."""

@@ -1,1 +1,0 @@
-"""Captures of systems whose segments have other names and axes than those of a recording."""
