@@ -35,7 +35,7 @@ from sssi_exudyn.reports.sections.snow_surface import snow_surface
 from sssi_exudyn.reports.sections.track_figures import figure_4, figure_6
 from sssi_exudyn.reports.sections.uncertainty import uncertainty
 from sssi_exudyn.reports.sentences import sentences
-from sssi_exudyn.results.folder import write_result
+from sssi_exudyn.results.folder import ResultContent, write_result
 from sssi_exudyn.results.stored import StoredRun, read_run
 
 ASSUMED: Final = "This rests on a posture that was assumed: few sensors measured the skier."
@@ -111,15 +111,14 @@ def render_folder(folder: Path) -> str:
 
 
 def write_run(folder: Path, run: StoredRun, opensim: Mapping[str, str] | None = None) -> None:
-    """Write a whole result folder with its report; ``opensim`` as for ``write_result``.
+    """Write a whole result folder with its report; ``opensim`` holds the texts of its files by name.
 
     Raises InputError where it cannot be written.
     """
-    write_result(
-        folder,
-        run.summary,
-        run.series,
-        model_to_dict(run.model),
+    content = ResultContent(
+        summary=run.summary,
+        series=run.series,
+        model=model_to_dict(run.model),
         model_files=model_files(run.model),
         measured=run.measured,
         skeleton=None if run.geometry is None else geometry_to_dict(run.geometry),
@@ -127,9 +126,9 @@ def write_run(folder: Path, run: StoredRun, opensim: Mapping[str, str] | None = 
         turns=run.turn_table,
         second_half=run.second_half,
         draws=run.draws,
-        opensim=opensim,
-        render=render_folder,
+        opensim=opensim or {},
     )
+    write_result(folder, content, render_folder)
 
 
 def _title(runs: Runs) -> str:

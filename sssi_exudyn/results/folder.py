@@ -11,6 +11,7 @@ import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -129,57 +130,66 @@ Render = Callable[[Path], str]
 """Function that returns the report of the result in a folder, as the text of a page."""
 
 
-def write_result(
-    folder: Path,
-    summary: Summary,
-    series: pd.DataFrame,
-    model: Mapping[str, Any],
-    *,
-    model_files: Mapping[str, bytes] | None = None,
-    measured: pd.DataFrame | None = None,
-    skeleton: Mapping[str, Any] | None = None,
-    diagnosis: object | None = None,
-    turns: pd.DataFrame | None = None,
-    second_half: pd.DataFrame | None = None,
-    draws: pd.DataFrame | None = None,
-    opensim: Mapping[str, str] | None = None,
-    render: Render | None = None,
-) -> None:
-    """Write a whole result, replacing the one that may be there.
+@dataclass(frozen=True)
+class ResultContent:
+    """What a result folder holds but for its report; files of what is left out are not written.
 
-        Parameters
-        ----------
-        folder : made when missing
-        summary : all figures
-        series : one row a sample (``SimulationResult.to_frame``)
-        model : the complete model as a table (written as TOML)
-        model_files : the files that ``model`` names, by name: snow surface, posture correction
-        measured : measurements of the recording's instruments, one row an instant (``results.measured``)
-        skeleton : the skier's lengths (``chain.geometry_to_dict``)
-        diagnosis : result of a diagnosis, as data
-        turns : one row a turn and phase (``biomechanics``)
-        second_half : speed predicted from the first half of the fixes (``results.posture``)
+    summary : all figures
+    series : one row a sample (``SimulationResult.to_frame``)
+    model : the complete model as a table (written as TOML)
+    model_files : the files that ``model`` names, by name: snow surface, posture correction
+    measured : measurements of the recording's instruments, one row an instant (``results.measured``)
+    skeleton : the skier's lengths (``chain.geometry_to_dict``)
+    diagnosis : result of a diagnosis, as data
+    turns : one row a turn and phase (``biomechanics``)
+    second_half : speed predicted from the first half of the fixes (``results.posture``)
     draws : draws from the uncertainty of an estimate (``results.draws``)
-        opensim : the texts of the files ``OPENSIM`` by name
-        render : makes the report from the folder with all other files
-        model_files … render : where left out, older ones are removed, since they would belong to another run
-
-        Raises InputError when the folder cannot be written or another process is writing it.
+    opensim : the texts of the files ``OPENSIM`` by name
     """
+
+    summary: Summary
+    series: pd.DataFrame
+    model: Mapping[str, Any]
+    model_files: Mapping[str, bytes] = field(default_factory=dict)
+    measured: pd.DataFrame | None = None
+    skeleton: Mapping[str, Any] | None = None
+    diagnosis: object | None = None
+    turns: pd.DataFrame | None = None
+    second_half: pd.DataFrame | None = None
+    draws: pd.DataFrame | None = None
+    opensim: Mapping[str, str] = field(default_factory=dict)
+
+
+def write_result(folder: Path, content: ResultContent, render: Render | None = None) -> None:
+    """Write a whole result, replacing the one that may be there: its files would belong to another run.
+
+    Parameters
+    ----------
+    folder : made when missing
+    render : makes the report from the folder with all other files; without it there is none
+
+    Raises InputError when the folder cannot be written or another process is writing it.
+    """
+    tables = {
+        SERIES: content.series,
+        MEASURED: content.measured,
+        TURNS[1]: content.turns,
+        SECOND_HALF: content.second_half,
+        DRAWS: content.draws,
+    }
     with _replacement(folder, None) as new:
-        _write_parquet(new / SERIES, series)
-        write_model(new, model, model_files or {})
-        for name, table in ((MEASURED, measured), (TURNS[1], turns), (SECOND_HALF, second_half), (DRAWS, draws)):
+        write_model(new, content.model, content.model_files)
+        for name, table in tables.items():
             if table is not None:
                 _write_parquet(new / name, table)
-        if turns is not None:
-            turns.to_csv(new / TURNS[0], index=False)
-        for name, value in ((SKELETON, skeleton), (DIAGNOSIS, diagnosis)):
+        if content.turns is not None:
+            content.turns.to_csv(new / TURNS[0], index=False)
+        for name, value in ((SKELETON, content.skeleton), (DIAGNOSIS, content.diagnosis)):
             if value is not None:
                 (new / name).write_text(to_json(value), encoding="utf-8")
-        for name, text in (opensim or {}).items():
+        for name, text in content.opensim.items():
             (new / name).write_text(text, encoding="utf-8")
-        (new / SUMMARY).write_text(to_json(summary_to_dict(summary)), encoding="utf-8")
+        (new / SUMMARY).write_text(to_json(summary_to_dict(content.summary)), encoding="utf-8")
         if render is not None:
             (new / REPORT).write_text(render(new), encoding="utf-8")
         _write_columns(new)
@@ -220,14 +230,14 @@ def amend_result(
 ) -> None:
     """Write the result in ``source``, with changed figures and files, to ``folder``, which may be the same.
 
-        Parameters
-        ----------
-        groups : groups of the summary by name; all others stay, unknown ones too
-        tables : Parquet files by name; None removes one
-        texts : text files by name
+    Parameters
+    ----------
+    groups : groups of the summary by name; all others stay, unknown ones too
+    tables : Parquet files by name; None removes one
+    texts : text files by name
     render : makes the report from the folder with all other files
 
-        Raises InputError when the folder cannot be written or another process is writing it.
+    Raises InputError when the folder cannot be written or another process is writing it.
     """
     with _replacement(folder, source) as new:
         summary = _read_summary_table(new)

@@ -28,7 +28,7 @@ from sssi_exudyn.bodies.skier.chain import average_geometry, geometry_to_dict
 from sssi_exudyn.commands.runs import report, validate
 from sssi_exudyn.io import parquet
 from sssi_exudyn.model.toml import model_to_dict
-from sssi_exudyn.results.folder import DRAW_ANGLES, DRAW_MASS, amend_result, read_diagnosis, write_result
+from sssi_exudyn.results.folder import DRAW_ANGLES, DRAW_MASS, ResultContent, amend_result, read_diagnosis, write_result
 from sssi_exudyn.results.stored import read_run
 
 Spoil = Callable[[Path], object]
@@ -41,8 +41,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     run = a_run(6.0, 25.0)
     half = pd.DataFrame({"time_s": [0.0, 1.0], "measured_mps": [9.0, 9.5], "predicted_mps": [9.1, 9.4]})
     draws = pd.DataFrame({"draw": 0, "time_s": [0.0, 1.0], **dict.fromkeys(DRAW_ANGLES, 0.0), DRAW_MASS: 75.0})
-    write_result(
-        folder,
+    content = ResultContent(
         run.summary,
         run.series,
         model_to_dict(run.model),
@@ -53,6 +52,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
         second_half=half,
         draws=draws,
     )
+    write_result(folder, content)
     report([folder], folder.parent / "report.html")
     return folder
 

@@ -14,7 +14,7 @@ import pytest
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.writing import folder_lock
-from sssi_exudyn.results.folder import read_summary, write_result
+from sssi_exudyn.results.folder import ResultContent, read_summary, write_result
 from sssi_exudyn.results.summary import Summary
 from sssi_exudyn.runtime.cache import Cache, Shapes
 
@@ -25,7 +25,7 @@ import os, resource, signal, sys
 from pathlib import Path
 import pandas as pd
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.results.folder import write_result
+from sssi_exudyn.results.folder import ResultContent, write_result
 from sssi_exudyn.results.summary import Summary
 folder, fault, number = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
 rows = pd.DataFrame({"time_s": [float(i) for i in range(5000)]})
@@ -42,14 +42,14 @@ if fault == "kill":
 else:
     resource.setrlimit(resource.RLIMIT_FSIZE, (number, number))
 try:
-    write_result(folder, Summary(recording="new"), rows, {"format": 1})
+    write_result(folder, ResultContent(Summary(recording="new"), rows, {"format": 1}))
 except InputError as error:
     sys.exit(str(error))
 """
 
 
 def old_result(folder: Path) -> None:
-    write_result(folder, Summary(recording="old"), pd.DataFrame({"time_s": [0.0]}), MODEL)
+    write_result(folder, ResultContent(Summary(recording="old"), pd.DataFrame({"time_s": [0.0]}), MODEL))
 
 
 def other_process(folder: Path, fault: str, number: int) -> subprocess.CompletedProcess[str]:

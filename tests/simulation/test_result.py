@@ -17,7 +17,7 @@ import pytest
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import slope_to_enu
 from sssi_exudyn.io.writing import folder_lock
-from sssi_exudyn.results.folder import read_series, read_summary, write_result
+from sssi_exudyn.results.folder import ResultContent, read_series, read_summary, write_result
 from sssi_exudyn.results.summary import Summary
 from sssi_exudyn.simulation.result import SimulationResult, SnowWrench
 
@@ -106,7 +106,8 @@ def test_without_an_antenna_its_columns_are_empty_not_missing() -> None:
 def test_what_is_written_comes_back(tmp_path: Path) -> None:
     folder = tmp_path / "deep" / "result"
     frame = some_result().to_frame(np.eye(3))
-    write_result(folder, Summary(recording="a"), frame, MODEL, diagnosis={"cause": None}, render=lambda _: "<p>ä</p>")
+    content = ResultContent(Summary(recording="a"), frame, MODEL, diagnosis={"cause": None})
+    write_result(folder, content, lambda _: "<p>ä</p>")
     assert read_summary(folder) == Summary(recording="a")
     pd.testing.assert_frame_equal(pd.read_parquet(folder / "series.parquet"), frame)
     assert tomllib.loads((folder / "model.toml").read_text(encoding="utf-8")) == MODEL
@@ -115,14 +116,14 @@ def test_what_is_written_comes_back(tmp_path: Path) -> None:
 
 
 def test_nothing_of_an_older_run_stays_with_a_new_one(tmp_path: Path) -> None:
-    write_result(tmp_path, Summary(), SERIES, MODEL, diagnosis={}, render=lambda _: "old")
-    write_result(tmp_path, Summary(), SERIES, MODEL)
+    write_result(tmp_path, ResultContent(Summary(), SERIES, MODEL, diagnosis={}), lambda _: "old")
+    write_result(tmp_path, ResultContent(Summary(), SERIES, MODEL))
     visible = sorted(path.name for path in tmp_path.iterdir() if not path.name.startswith("."))
     assert visible == ["columns.csv", "model.toml", "series.parquet", "summary.json"]
 
 
 def test_a_full_disk_leaves_the_old_result_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write_result(tmp_path, Summary(recording="old"), SERIES, MODEL)
+    write_result(tmp_path, ResultContent(Summary(recording="old"), SERIES, MODEL))
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
 
     def full(*_: Any, **__: Any) -> None:
@@ -130,7 +131,7 @@ def test_a_full_disk_leaves_the_old_result_whole(tmp_path: Path, monkeypatch: py
 
     monkeypatch.setattr(Path, "write_text", full)
     with pytest.raises(InputError, match="no space left"):
-        write_result(tmp_path, Summary(recording="new"), SERIES, MODEL)
+        write_result(tmp_path, ResultContent(Summary(recording="new"), SERIES, MODEL))
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
@@ -139,7 +140,7 @@ def test_a_place_that_cannot_be_written_is_one_clear_line(tmp_path: Path) -> Non
     file = tmp_path / "file"
     file.write_text("")
     with pytest.raises(InputError, match=r"not a directory; check the path"):
-        write_result(file / "result", Summary(), SERIES, MODEL)
+        write_result(file / "result", ResultContent(Summary(), SERIES, MODEL))
 
 
 @pytest.mark.long
@@ -151,17 +152,17 @@ def test_two_processes_do_not_write_one_folder(tmp_path: Path) -> None:
     try:
         assert held.wait(30.0)
         with pytest.raises(InputError, match="another process is writing here"):
-            write_result(tmp_path, Summary(), SERIES, MODEL)
+            write_result(tmp_path, ResultContent(Summary(), SERIES, MODEL))
     finally:
         release.set()
         other.join()
-    write_result(tmp_path, Summary(), SERIES, MODEL)
+    write_result(tmp_path, ResultContent(Summary(), SERIES, MODEL))
 
 
 def test_one_process_may_hold_a_folder_and_write_into_it(tmp_path: Path) -> None:
     with folder_lock(tmp_path):
-        write_result(tmp_path, Summary(recording="a"), SERIES, MODEL)
-        write_result(tmp_path, Summary(recording="b"), SERIES, MODEL)
+        write_result(tmp_path, ResultContent(Summary(recording="a"), SERIES, MODEL))
+        write_result(tmp_path, ResultContent(Summary(recording="b"), SERIES, MODEL))
     assert read_summary(tmp_path).recording == "b"
 
 

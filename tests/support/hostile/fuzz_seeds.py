@@ -33,7 +33,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.writing import to_json
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.results.folder import write_result
+from sssi_exudyn.results.folder import ResultContent, write_result
 from sssi_exudyn.runtime.cache import Arrays, Cache, fingerprint
 from sssi_exudyn.sweeps import sweep as sweeps
 from sssi_exudyn.sweeps.plan import SweepRun
@@ -244,10 +244,17 @@ def _bench() -> dict[str, bytes]:
 def _results(folder: Path, recording: dict[str, bytes]) -> Iterator[Seed]:
     """Yield a result with all its files, for the report on screen and on paper, the muscles, and the validation."""
     run = a_run(2.0, 12.5)
-    parts = {"measured": run.measured, "skeleton": geometry_to_dict(average_geometry(1.75)), "turns": run.turn_table}
+    simple_content = ResultContent(
+        run.summary,
+        run.series,
+        model_to_dict(run.model),
+        measured=run.measured,
+        skeleton=geometry_to_dict(average_geometry(1.75)),
+        turns=run.turn_table,
+    )
     half = pd.DataFrame({"time_s": [0.0, 1.0], "measured_mps": [9.0, 9.5], "predicted_mps": [9.1, 9.4]})
-    for name, more in (("simple", {}), ("whole", {"diagnosis": whole_version(), "second_half": half})):
-        write_result(folder / name, run.summary, run.series, model_to_dict(run.model), **parts, **more)
+    write_result(folder / "simple", simple_content)
+    write_result(folder / "whole", replace(simple_content, diagnosis=whole_version(), second_half=half))
     simple = _folder(folder / "simple")
     whole = _folder(folder / "whole")
     both = {f"result/{name}": data for name, data in simple.items()}
