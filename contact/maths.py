@@ -15,6 +15,9 @@ import numpy as np
 Number: TypeAlias = Any
 """A float, an array, an Exudyn symbol or a node of a tape, depending on the ``Math`` in use."""
 
+Pair: TypeAlias = tuple[Number, Number]
+"""The same of two places."""
+
 Vector: TypeAlias = tuple[Number, Number, Number]
 """Components along f, l and n of the slope frame."""
 

@@ -1,7 +1,7 @@
 """Formulas over ``Math`` as compiled functions with their derivatives: geometry and kinematics are written as laws are.
 
-A formula is a function whose first argument is a ``Math``.  Its others are annotated as a ``Number``, a ``Vector`` or a
-``Rotation``, and it gives a number, a vector or a tuple of both:
+A formula is a function whose first argument is a ``Math``.  Its others are annotated as a ``Number``, a ``Pair``, a
+``Vector`` or a ``Rotation``, and it gives a number, a vector or a tuple of both:
 
     @formula(by=("gap", "normal"))
     def depth(_math: Math, gap: Number, normal: Vector) -> Number:
@@ -12,7 +12,7 @@ of formulas among its templates ``compile_kernel`` writes
 
     depth(gap, normal) → what the formula gives
     depth_derivatives(gap, normal) → that, and a tuple of its derivatives by each of ``by``: each has the structure of
-        what the formula gives, and for a number of that a number, or by a vector or a rotation a tuple of 3 or 9
+        what the formula gives, and for a number of that a number, or by the others a tuple of 2, 3 or 9
     depth_linearisation(gap, normal, to): fills ``to`` with the same derivatives, one row for each number that the
         formula gives and one column for each number of ``by``
 
@@ -34,7 +34,7 @@ import numpy as np
 from sssi_exudyn.contact.codegen.tape import Node, Operand, Tape, TapeMath, needed, source_lines
 from sssi_exudyn.contact.maths import Math
 
-_SHAPES: Final[dict[str, tuple[int, ...]]] = {"Number": (), "Vector": (3,), "Rotation": (3, 3)}
+_SHAPES: Final[dict[str, tuple[int, ...]]] = {"Number": (), "Pair": (2,), "Vector": (3,), "Rotation": (3, 3)}
 """Of an argument with that annotation."""
 
 

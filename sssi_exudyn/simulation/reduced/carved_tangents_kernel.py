@@ -39,6 +39,7 @@ advect_tangents: Callable[..., None]
 leave_tangents: Callable[..., None]
 linearise_ground: Callable[..., None]
 collect_patch: Callable[..., None]
+PelvisEquations: Callable[..., Any]
 linearise_air: Callable[..., None]
 next_heading_tangents: Callable[..., None]
 through_heading: Callable[..., None]
@@ -113,7 +114,7 @@ class CarvedRoom(NamedTuple):
     under a place that stays
     equations : (2, 5 + k, w) of the pelvis' and the ski's own;  seen : (2, 15, w)
     arrived : (2, 4m, d), held : (2, 6m, d) of the memory
-    patch : (6, d);  ground, by_ground : (3, 2), (3, p);  air, by_air, by_body : (3, 5), (3, p), (3, p) of the laws
+    patch : (6, d);  ground, by_ground : (3, 2), (3, p);  air, by_air : (3, 5), (3, p) of the laws
     """
 
     moved: Array
@@ -130,7 +131,6 @@ class CarvedRoom(NamedTuple):
     by_ground: Array
     air: Array
     by_air: Array
-    by_body: Array
 
     @classmethod
     def room(cls, lines: Any, many: int) -> CarvedRoom:
@@ -142,7 +142,7 @@ class CarvedRoom(NamedTuple):
             np.zeros((2, 6 + modes, width)), np.zeros((2, 3, width)), np.zeros((2, 3 + own, width)),
             np.zeros((2, SEEN, width)), np.zeros((2, 4 * points, many)), np.zeros((2, 6 * points, many)),
             np.zeros((6, many)), np.zeros((3, 2)), np.zeros((3, parameters)), np.zeros((3, 5)),
-            np.zeros((3, parameters)), np.zeros((3, parameters)),
+            np.zeros((3, parameters)),
         )  # fmt: skip
 
 
@@ -382,8 +382,8 @@ def advance_tangents(system, heading, inputs, slopes, n, state, memory, rooms, s
         accept(of_memory)
         add_ski_tangents(system, inputs, n, side, work.frame, room.equations[side], state)
     linearise_air(
-        system.parameters, system.motion, inputs, n, x, v, step.by_place, step.by_rate, state.z, state.zv, 0,
-        room.air, room.by_air, room.by_body, state.matrix, state.right,
+        system.parameters, system.motion, inputs, n, (x, v),
+        PelvisEquations(step, state.z, state.zv, 0, state.matrix, state.right), (room.air, room.by_air),
     )  # fmt: skip
     if heading.solved:
         through_heading(state.right, state.turned)

@@ -57,7 +57,7 @@ from sssi_exudyn.simulation.reduced.prepared import (
     reduced_run,
 )
 from sssi_exudyn.simulation.reduced.run import Rest, StartOfRun, reduced_module, start_of_run
-from sssi_exudyn.simulation.reduced.tangents_kernel import FURTHER, LOAD, MODAL, MODES, PLACE, SPIN, TURN
+from sssi_exudyn.simulation.reduced.ski_tangents import FURTHER, LOAD, MODAL, MODES, PLACE, SPIN, TURN
 from sssi_exudyn.simulation.ski_on_snow.structs import (
     ModalContact,
     TangentInputs,

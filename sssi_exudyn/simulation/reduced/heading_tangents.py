@@ -87,6 +87,7 @@ def moment_tangents(system, heading, slopes, inputs, n, pelvis, state, series, r
     series : ``CarvedSeries``, ``CarvedTangents``
     """
     parameters, motion, (x, v), (run, tangents) = system.parameters, system.motion, pelvis, series
+    laws = (room.air, room.by_air)
     z, zv, turned, moment = state.z, state.zv, state.turned, state.moment
     many = turned.shape[1]
     up, com = three(heading.up, 0), three(heading.com_place[n], 0)
@@ -110,9 +111,9 @@ def moment_tangents(system, heading, slopes, inputs, n, pelvis, state, series, r
             parameters, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], motion.area[e],
             facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
         )  # fmt: skip
-        linearise_segment(parameters, motion, n, e, x, v, room.air, room.by_air)
+        linearise_segment(parameters, motion, n, e, pelvis, laws)
         collect_force(changed, room.air, z, zv, still, body[6 + 3 * e : 9 + 3 * e])
-        add_air_parameters(parameters, motion, inputs, n, e, x, v, 0, room.air, room.by_air, changed)
+        add_air_parameters(parameters, motion, inputs, n, e, pelvis, 0, laws, changed)
         force = (pushed[0], pushed[1], pushed[2])
         lever, aside = plus(three(heading.exposed_swing[n, e], 0), times(-1.0, com_swing)), cross(force, up)
         for k in range(many):
@@ -120,9 +121,9 @@ def moment_tangents(system, heading, slopes, inputs, n, pelvis, state, series, r
                 moment[k] += lever[c] * changed[c, k] + force[c] * swing[3 * e + c, k] - aside[c] * d_com[c, k]
     at, moving = plus(x, three(motion.com_place[n], 0)), plus(v, three(motion.com_velocity[n], 0))
     force = body_force(parameters, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2])
-    linearise_body(parameters, motion, n, x, v, room.air, room.by_body)
+    linearise_body(parameters, motion, n, pelvis, laws)
     collect_force(changed, room.air, z, zv, body[:2], body[3:6])
-    add_body_parameters(parameters, motion, inputs, n, x, v, 0, room.air, room.by_body, changed)
+    add_body_parameters(parameters, motion, inputs, n, pelvis, 0, laws, changed)
     lever = cross(up, plus(three(motion.com_place[n], 0), times(-1.0, com)))
     aside = cross(force, up)
     for k in range(many):

@@ -20,7 +20,7 @@ from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.heading import check_heading
 from sssi_exudyn.model.model import Model, along_snow
-from sssi_exudyn.simulation.reduced import air_tangents, newmark, steps_kernel, tangents_kernel
+from sssi_exudyn.simulation.reduced import air_tangents, newmark, ski_tangents, steps_kernel, tangents_kernel
 from sssi_exudyn.simulation.reduced.carved_run import simulate_carved
 from sssi_exudyn.simulation.reduced.prepared import (
     Prepared,
@@ -43,7 +43,7 @@ from sssi_exudyn.simulation.ski_on_snow.structs import (
 
 def reduced_module() -> Any:
     """Return the compiled functions of the reduced model, on snow that edges do not cut."""
-    return compile_kernel(point, ground_kernel, newmark, steps_kernel, air_tangents, tangents_kernel)
+    return compile_kernel(point, ground_kernel, newmark, steps_kernel, air_tangents, ski_tangents, tangents_kernel)
 
 
 @dataclass(frozen=True)

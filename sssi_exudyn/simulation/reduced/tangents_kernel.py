@@ -1,5 +1,5 @@
 """Derivatives of a run of the reduced model by any numbers, carried along with it: a template that ``compiled`` joins
-with ``newmark``, ``steps_kernel``, ``air_tangents`` and the laws.
+with ``newmark``, ``steps_kernel``, ``air_tangents``, ``ski_tangents`` and the laws.
 
 At an instant the residual r(a, q, q̇, p) = 0 gives the accelerations a, and with them q and q̇ by Newmark's rule
 (``newmark``).  Its tangents by a number p follow from the same equations, linearised where the step has converged:
@@ -8,7 +8,7 @@ At an instant the residual r(a, q, q̇, p) = 0 gives the accelerations a, and wi
 
 with dq* and dq̇* what the instant before gives.  All numbers share one matrix, and one pass over the contact points: a
 ski's forces are linearised by what moves it (the foot's place, velocity, turn and spin, the modes) and by the laws'
-parameters.  A point that touches down or lifts off adds nothing, as its force begins from zero without a jump.
+parameters (``ski_tangents``).
 """
 
 from __future__ import annotations
@@ -18,408 +18,34 @@ from typing import Any
 
 import numpy as np
 
-from sssi_exudyn.contact.codegen.law_parameters import LawParameters
-from sssi_exudyn.contact.codegen.vectors import cross, dot, out_of, plus, three, three_of, times
+from sssi_exudyn.contact.codegen.vectors import cross, out_of, plus, three, times
 from sssi_exudyn.runtime.jit import inlined, njit
 from sssi_exudyn.simulation.ski_on_snow.structs import NewtonWork, ReducedState, SkiWork, TangentState, TimeStep
-from sssi_exudyn.terrain.surface import PATCH, on_change, patch_changes, patch_under
+from sssi_exudyn.terrain.surface import PATCH
 
 advance: Callable[..., bool]
 collect_patch: Callable[..., None]
 first_state: Callable[..., tuple[ReducedState, NewtonWork]]
 foot_at: Callable[..., Any]
-foot_derivatives: Callable[..., tuple[float, ...]]
-foot_linearisation: Callable[..., None]
-foot_on_snow_linearisation: Callable[..., None]
-heights: Callable[..., tuple[float, float, float]]
 linearise_air: Callable[..., None]
-linearise_ground: Callable[..., None]
-mode_force_derivatives: Callable[..., Any]
 next_place: Callable[..., float]
 next_rate: Callable[..., float]
-penetration: Callable[..., float]
-pose_points: Callable[..., None]
-point_arm_derivatives: Callable[..., Any]
-point_derivatives: Callable[..., tuple[float, float, float]]
-point_in_snow_linearisation: Callable[..., None]
-point_linearisation: Callable[..., None]
-point_velocity: Callable[..., tuple[float, float, float]]
-point_wrench: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float]]]
-point_wrench_derivatives: Callable[..., Any]
-sinking_rate: Callable[..., float]
-ski_axes: Callable[..., Any]
-snow_normal: Callable[..., tuple[float, float, float]]
-snow_normal_derivatives: Callable[..., Any]
-terrain_linearisation: Callable[..., None]
 time_step: Callable[..., TimeStep]
-uneven: Callable[..., bool]
-with_values: Callable[..., LawParameters]
-GAP: int
-
-PLACE, VELOCITY, TURN, SPIN, MODES = 0, 3, 6, 9, 12
-"""First columns of a ski's linearisation: its foot's motion (3 each), then amplitudes and rates of the modes (k each),
-then the parameters (c), then the six numbers of the snow surface's patch under the ski."""
-ARM, NORMAL, CURVATURE, SLOPES, STATE, FORCE = 0, 3, 6, 9, 11, 14
-"""First columns of ``SkiWork.touching``: a point's arm, the snow's normal, curvature (h_ff, h_fl, h_ll) and slopes;
-depth, rate and length of edge; and the force."""
-REACH, BENDING, RAISED = 12, 15, 18
-"""Further columns of ``point_in_snow``'s derivatives, whose first twelve are those of the foot's motion."""
-DEPTH, PUSH, STEP = range(3)
-"""Rows of ``SkiWork.slopes``; the last is the first of two."""
-MODAL = 3
-"""First row of the forces on the modes; the rows before are the snow's normal force on the pelvis."""
-FURTHER = 10
-"""Rows after those: moment about the foot (3), load, groove, friction (3), edge angle, force on the sole, counted from
-3 + k."""
-MOMENT, LOAD, GROOVE, FRICTION, EDGE, SOLE = 0, 3, 4, 5, 8, 9
-BY_TURN, BY_SLOPE, BY_LOAD, BY_GROOVE, BY_PLACE, BY_FORCE = 3, 6, 8, 9, 10, 12
-"""First columns of ``SkiWork.foot`` after those of the foot's velocity: its turn (3), both slopes of the snow, load,
-groove, place (2), and the friction along and across."""
-ONES = np.eye(PATCH)
-"""Patches of which one number is one."""
-
-
-@njit(cache=True, error_model="numpy")
-def ski_work(points, modes, parameters):
-    """Make room for ``linearise_ski``."""
-    size = MODES + 2 * modes
-    slopes = np.zeros((4, size))
-    slopes[STEP, PLACE], slopes[STEP + 1, PLACE + 1] = 1.0, 1.0
-    return SkiWork(
-        np.zeros((points, 9)), np.zeros((points, 15)), np.zeros((points, 2, 21)), np.zeros((points, modes, 3)), slopes,
-        np.zeros((3, 8 + modes)), np.zeros((3, 7)), np.zeros((3, 2)), np.zeros((3, parameters)), np.zeros((7, 11)),
-        np.zeros((2, 7)), np.zeros((5, 14)), np.zeros((2, 6)),
-    )  # fmt: skip
-
-
-@njit(cache=True, error_model="numpy")
-def linearise_ski(parameters, contact, columns, t, foot, eta, rate, side, work, matrix):
-    """Fill ``matrix`` (3 + k + 10, 12 + 2k + columns + 6) with the derivatives of a ski's forces.
-
-    foot, eta, rate : as in ``pose_points``;  side : 1 on the left, −1 on the right
-    columns : ``ParameterColumns``;  work : ``SkiWork``
-    """
-    at = foot[0]
-    under = patch_under(contact.surface, at[0], at[1])
-    patched = contact.surface.coefficients.shape[0] > 0
-    curved = patched or uneven(parameters)
-    matrix[:] = 0.0
-    pose_points(parameters, contact, foot, eta, rate, work.posed)
-    count, load, groove = touch(parameters, contact, foot, under, curved, work)
-    # each of them goes over all points: a call for every point would count the references to its arrays
-    add_motion(matrix, work, count)
-    if curved:
-        add_tilt(matrix, work, count)
-    if columns.point.shape[0] > 0:
-        add_laws(matrix, work, parameters, columns, count)
-    if patched or columns.terrain.shape[0] > 0:
-        add_ground(matrix, work, parameters, columns, at, patched, count)
-    linearise_foot(parameters, columns, t, foot, (load, groove, side), under, work, matrix)
-    if patched:
-        move_patch(matrix, work, contact.surface, at)
-
-
-@inlined
-def touch(parameters, contact, foot, under, curved, work):
-    """Fill ``work`` with the points in the snow; their number, load (N) and groove (m²).
-
-    curved : whether the snow's slopes change from place to place
-    """
-    at, velocity, frame, spin = foot
-    shape, length = contact.shape, contact.length
-    posed, touching, point, reach = work.posed, work.touching, work.point, work.reach
-    ground, by_parameter = work.by_ground, work.by_parameter
-    count = 0
-    load, groove = 0.0, 0.0
-    for i in range(posed.shape[0]):
-        if posed[i, GAP] <= 0.0:
-            continue
-        m, edge = i // 2, i % 2
-        arm, bending, over = three_of(posed, i, 0), three_of(posed, i, 3), three_of(posed, i, GAP)
-        normal = snow_normal(over[1], over[2])
-        depth = penetration(over[0], normal)
-        sinking = sinking_rate(point_velocity(velocity, spin, arm, bending), normal)
-        push, by_depth, by_rate = point_derivatives(parameters, depth, sinking, length[m])
-        load += push
-        groove += depth * length[m]
-        curvature = (0.0, 0.0, 0.0)
-        if curved:
-            linearise_ground(parameters, under, at[0] + arm[0], at[1] + arm[1], ground, by_parameter)
-            curvature = (ground[1, 0], ground[1, 1], ground[2, 1])
-        point_in_snow_linearisation(over, curvature, velocity, spin, arm, bending, point[count])
-        for j in range(point.shape[2]):
-            point[count, PUSH, j] = by_depth * point[count, DEPTH, j] + by_rate * point[count, PUSH, j]
-        for j in range(3):
-            touching[count, ARM + j], touching[count, NORMAL + j] = arm[j], normal[j]
-            touching[count, CURVATURE + j] = curvature[j]
-        touching[count, SLOPES], touching[count, SLOPES + 1] = over[1], over[2]
-        touching[count, STATE], touching[count, STATE + 1], touching[count, STATE + 2] = depth, sinking, length[m]
-        touching[count, FORCE] = push
-        for k in range(reach.shape[1]):
-            w = out_of(frame, (shape[m, edge, 0, k], shape[m, edge, 1, k], shape[m, edge, 2, k]))
-            reach[count, k, 0], reach[count, k, 1], reach[count, k, 2] = w
-        count += 1
-    return count, load, groove
-
-
-@njit(cache=True, error_model="numpy")
-def fill_pull(pull, push, normal, arm, reach, i):
-    """Fill a row ``pull`` (6 + k or longer) with what the force on the i-th point does to the pelvis, the modes and the
-    moment about the foot.
-
-    arm : from the foot;  reach : (…, k, 3) the modes' displacements there
-    """
-    force, moment = point_wrench(push, normal, arm)
-    modes = reach.shape[1]
-    for j in range(3):
-        pull[j], pull[MODAL + modes + MOMENT + j] = force[j], moment[j]
-    for k in range(modes):
-        pull[MODAL + k] = reach[i, k, 0] * force[0] + reach[i, k, 1] * force[1] + reach[i, k, 2] * force[2]
-
-
-@njit(cache=True, error_model="numpy")
-def add_products(matrix, pull, slopes, rows, last):
-    """Add ``pull`` (rows,) times ``slopes`` (last,) to the first rows and columns of a matrix."""
-    for row in range(rows):
-        factor = pull[row]
-        for column in range(last):
-            matrix[row, column] += factor * slopes[column]
-
-
-@inlined
-def add_motion(matrix, work, count):
-    """Add what the ski's motion changes of the points' forces, where the snow's normal stays."""
-    touching, point, reach, pull = work.touching, work.point, work.reach, work.pulls[0]
-    slopes, push_slopes = work.slopes, work.slopes[PUSH]
-    modes, fixed = reach.shape[1], slopes.shape[1]
-    further = MODAL + modes
-    pull[further + LOAD] = 1.0
-    for i in range(count):
-        fill_slopes(slopes, point, reach, i)
-        length = touching[i, STATE + 2]
-        for column in range(fixed):
-            matrix[further + GROOVE, column] += length * slopes[DEPTH, column]
-        arm, normal, push = three_of(touching, i, ARM), three_of(touching, i, NORMAL), touching[i, FORCE]
-        fill_pull(pull, 1.0, normal, arm, reach, i)
-        add_products(matrix, pull, push_slopes, further + LOAD + 1, fixed)
-        # the force as it is, on an arm and on modes that turn and bend
-        (force, _), (by_turn, by_reach) = point_wrench_derivatives(push, normal, arm)
-        for row in range(3):
-            for j in range(3):
-                matrix[further + MOMENT + row, TURN + j] += by_turn[1][row][j]
-        for k in range(modes):
-            w = (reach[i, k, 0], reach[i, k, 1], reach[i, k, 2])
-            _, by_mode = mode_force_derivatives(force, w)
-            for j in range(3):
-                matrix[further + MOMENT + j, MODES + k] += dot(by_reach[1][j], w)
-                matrix[MODAL + k, TURN + j] += by_mode[0][j]
-
-
-@njit(cache=True, error_model="numpy")
-def fill_slopes(slopes, point, reach, i):
-    """Fill the first two rows of ``slopes``: depth and force of the i-th point by the ski's columns."""
-    modes = reach.shape[1]
-    for row in range(2):
-        for column in range(MODES):
-            slopes[row, column] = point[i, row, column]
-        for k in range(modes):
-            a, b, c = reach[i, k, 0], reach[i, k, 1], reach[i, k, 2]
-            slopes[row, MODES + k] = (
-                a * point[i, row, REACH] + b * point[i, row, REACH + 1] + c * point[i, row, REACH + 2]
-            )
-            slopes[row, MODES + modes + k] = (
-                a * point[i, row, BENDING] + b * point[i, row, BENDING + 1] + c * point[i, row, BENDING + 2]
-            )
-
-
-@inlined
-def add_tilt(matrix, work, count):
-    """Add what the tilt of the snow's normal changes where the ski moves points along curved snow."""
-    touching, slopes, reach = work.touching, work.slopes, work.reach
-    pull, step_f, step_l = work.pulls[1], work.slopes[STEP], work.slopes[STEP + 1]
-    modes = reach.shape[1]
-    for i in range(count):
-        arm, curvature, push = three_of(touching, i, ARM), three_of(touching, i, CURVATURE), touching[i, FORCE]
-        _, (by_turn, _) = point_arm_derivatives(arm)
-        _, (by_f, by_l) = snow_normal_derivatives(touching[i, SLOPES], touching[i, SLOPES + 1])
-        for e in range(2):
-            for j in range(3):
-                slopes[STEP + e, TURN + j] = by_turn[e][j]
-            for k in range(modes):
-                slopes[STEP + e, MODES + k] = reach[i, k, e]
-        fill_pull(pull, push, plus(times(curvature[0], by_f), times(curvature[1], by_l)), arm, reach, i)
-        add_products(matrix, pull, step_f, MODAL + modes + MOMENT + 3, MODES + modes)
-        fill_pull(pull, push, plus(times(curvature[1], by_f), times(curvature[2], by_l)), arm, reach, i)
-        add_products(matrix, pull, step_l, MODAL + modes + MOMENT + 3, MODES + modes)
-
-
-@inlined
-def add_laws(matrix, work, parameters, columns, count):
-    """Add what the parameters of the laws at points change of the forces."""
-    touching, reach, pull, by_parameter = work.touching, work.reach, work.pulls[0], work.by_parameter
-    fixed, rows = work.slopes.shape[1], MODAL + reach.shape[1] + LOAD + 1
-    pull[rows - 1] = 1.0
-    for i in range(count):
-        fill_pull(pull, 1.0, three_of(touching, i, NORMAL), three_of(touching, i, ARM), reach, i)
-        depth, sinking, length = three_of(touching, i, STATE)
-        point_linearisation(parameters, depth, sinking, length, work.by_state, by_parameter)
-        row_of_values = -1
-        for column in columns.point:
-            if columns.row[column] != row_of_values:
-                row_of_values = columns.row[column]
-                others = with_values(parameters, columns.values[row_of_values])
-                point_linearisation(others, depth, sinking, length, work.by_state, by_parameter)
-            slope = by_parameter[0, columns.index[column]]
-            for row in range(rows):
-                matrix[row, fixed + column] += pull[row] * slope
-
-
-@inlined
-def add_ground(matrix, work, parameters, columns, at, patched, count):
-    """Add what the parameters of the terrain and the numbers of the patch under the ski change of the forces."""
-    touching, pulls, by_parameter = work.touching, work.pulls, work.by_parameter
-    fixed, patch = work.slopes.shape[1], matrix.shape[1] - PATCH
-    for i in range(count):
-        fill_ground_pulls(pulls, touching, work.point, work.reach, i)
-        x, y = touching[i, ARM], touching[i, ARM + 1]
-        if columns.terrain.shape[0] > 0:
-            terrain_linearisation(parameters, at[0] + x, at[1] + y, work.by_state, by_parameter)
-        row_of_values = -1
-        for column in columns.terrain:
-            if columns.row[column] != row_of_values:
-                row_of_values = columns.row[column]
-                others = with_values(parameters, columns.values[row_of_values])
-                terrain_linearisation(others, at[0] + x, at[1] + y, work.by_state, by_parameter)
-            p = columns.index[column]
-            add_ground_change(
-                matrix, fixed + column, (by_parameter[0, p], by_parameter[1, p], by_parameter[2, p]), pulls
-            )
-        if patched:
-            for number in range(PATCH):
-                add_ground_change(matrix, patch + number, on_change(ONES[number], x, y), pulls)
-
-
-@njit(cache=True, error_model="numpy")
-def fill_ground_pulls(pulls, touching, point, reach, i):
-    """Fill ``pulls`` with what the i-th point's force, load and groove gain where the snow is a metre higher, and where
-    its slopes along f and l are one more.
-    """
-    further = MODAL + reach.shape[1]
-    normal, push, length = three_of(touching, i, NORMAL), touching[i, FORCE], touching[i, STATE + 2]
-    _, (by_f, by_l) = snow_normal_derivatives(touching[i, SLOPES], touching[i, SLOPES + 1])
-    for e in range(3):
-        gain = point[i, PUSH, RAISED + e]
-        tilt = plus(times(push * (e == 1), by_f), times(push * (e == 2), by_l))
-        fill_pull(pulls[e], 1.0, plus(times(gain, normal), tilt), three_of(touching, i, ARM), reach, i)
-        pulls[e, further + LOAD], pulls[e, further + GROOVE] = gain, length * point[i, DEPTH, RAISED + e]
-
-
-@njit(cache=True, error_model="numpy")
-def add_ground_change(matrix, column, change, pulls):
-    """Add to a ski's linearisation what a point feels of snow whose height and slopes ``change`` under it."""
-    for row in range(pulls.shape[1]):
-        matrix[row, column] += pulls[0, row] * change[0] + pulls[1, row] * change[1] + pulls[2, row] * change[2]
-
-
-@inlined
-def linearise_foot(parameters, columns, t, foot, carried, under, work, matrix):
-    """Fill the rows of friction, edge angle and the sole, from those of load and groove.
-
-    carried : load (N), groove (m²) and the side;  under : the patch under the foot
-    """
-    at, velocity, frame, _spin = foot
-    load, groove, side = carried
-    _, h_f, h_l = heights(parameters, under, at[0], at[1])
-    along, across, edge = ski_axes(snow_normal(h_f, h_l), frame)
-    v_t, v_n = dot(velocity, along), dot(velocity, across)
-    forces = foot_derivatives(parameters, load, v_t, v_n, edge, groove, t, at[0], at[1], side)
-    found = work.by_parameter
-    linearise_ground(parameters, under, at[0], at[1], work.by_ground, found)
-    foot_linearisation(parameters, load, v_t, v_n, edge, groove, t, at[0], at[1], side, work.foot_law, found)
-    foot_on_snow_linearisation(velocity, h_f, h_l, (load, forces[0], forces[1]), frame, work.foot_state)
-    chain_foot(work)
-    add_foot_motion(matrix, work)
-    first, fixed = MODAL + work.reach.shape[1] + FRICTION, work.slopes.shape[1]
-    row_of_values = -1
-    for i in range(columns.foot.shape[0]):
-        column = columns.foot[i]
-        if columns.row[column] != row_of_values:
-            row_of_values = columns.row[column]
-            others = with_values(parameters, columns.values[row_of_values])
-            foot_linearisation(others, load, v_t, v_n, edge, groove, t, at[0], at[1], side, work.by_state, found)
-        p = columns.index[column]
-        for row in range(5):
-            slope = work.foot[row]
-            matrix[first + row, fixed + column] += slope[BY_FORCE] * found[0, p] + slope[BY_FORCE + 1] * found[1, p]
-    row_of_values = -1
-    for i in range(columns.terrain.shape[0]):
-        column = columns.terrain[i]
-        if columns.row[column] != row_of_values:
-            row_of_values = columns.row[column]
-            others = with_values(parameters, columns.values[row_of_values])
-            terrain_linearisation(others, at[0], at[1], work.by_state, found)
-        p = columns.index[column]
-        for row in range(5):
-            slope = work.foot[row]
-            matrix[first + row, fixed + column] += slope[BY_SLOPE] * found[1, p] + slope[BY_SLOPE + 1] * found[2, p]
-
-
-@inlined
-def chain_foot(work):
-    """Fill ``work.foot``: from velocity, turn and slopes to sliding velocities and edge angle, from these by the laws
-    to the friction's parts, and from them to the force on the foot.
-    """
-    state, law, foot = work.foot_state, work.foot_law, work.foot
-    foot[:] = 0.0
-    for row in range(5):
-        if row == EDGE - FRICTION:
-            for column in range(8):
-                foot[row, column] = state[2, column]
-            continue
-        found = state[3 + min(row, 3)]
-        for column in range(8):
-            foot[row, column] = found[column]
-        foot[row, BY_LOAD] = found[8]
-        for i in range(2):
-            by_force = found[9 + i]
-            foot[row, BY_FORCE + i] = by_force
-            foot[row, BY_LOAD] += by_force * law[i, 0]
-            foot[row, BY_GROOVE] += by_force * law[i, 4]
-            foot[row, BY_PLACE] += by_force * law[i, 5]
-            foot[row, BY_PLACE + 1] += by_force * law[i, 6]
-            for j in range(3):
-                for column in range(8):
-                    foot[row, column] += by_force * law[i, 1 + j] * state[j, column]
-
-
-@inlined
-def add_foot_motion(matrix, work):
-    """Fill the foot's rows by ``work.foot`` in the columns of load and groove, motion, place and patch."""
-    further = MODAL + work.reach.shape[1]
-    load, groove, ground = matrix[further + LOAD], matrix[further + GROOVE], work.by_ground
-    patch = matrix.shape[1] - PATCH
-    for row in range(5):
-        slope, line = work.foot[row], matrix[further + FRICTION + row]
-        for column in range(line.shape[0]):
-            line[column] = slope[BY_LOAD] * load[column] + slope[BY_GROOVE] * groove[column]
-        for j in range(3):
-            line[VELOCITY + j] += slope[j]
-            line[TURN + j] += slope[BY_TURN + j]
-        for j in range(2):
-            tilting = slope[BY_SLOPE] * ground[1, j] + slope[BY_SLOPE + 1] * ground[2, j]
-            line[PLACE + j] += slope[BY_PLACE + j] + tilting
-            line[patch + 1 + j] += slope[BY_SLOPE + j]
-
-
-@inlined
-def move_patch(matrix, work, surface, at):
-    """Add what changes as the patch under the ski goes with the foot."""
-    patch = matrix.shape[1] - PATCH
-    patch_changes(surface, at[0], at[1], work.patches)
-    for row in range(matrix.shape[0]):
-        for i in range(PATCH):
-            for j in range(2):
-                matrix[row, PLACE + j] += matrix[row, patch + i] * work.patches[j, i]
+PelvisEquations: Callable[..., Any]
+linearise_ski: Callable[..., None]
+ski_work: Callable[..., SkiWork]
+PLACE: int
+VELOCITY: int
+TURN: int
+SPIN: int
+MODES: int
+MODAL: int
+FURTHER: int
+MOMENT: int
+LOAD: int
+FRICTION: int
+EDGE: int
+SOLE: int
 
 
 @njit(cache=True, error_model="numpy")
@@ -545,8 +171,9 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
             collect_patch(tangent.inputs, inputs, contact.surface, foot[0][0], foot[0][1])
             add_ski(linear, ski, step, begun, tangent)
         linearise_air(
-            parameters, motion, inputs, n, x, v, step.by_place, step.by_rate, tangent.place, tangent.rate, begun,
-            work.by_state, work.by_parameter, work.by_parameter, tangent.matrix, tangent.right,
+            parameters, motion, inputs, n, (x, v),
+            PelvisEquations(step, tangent.place, tangent.rate, begun, tangent.matrix, tangent.right),
+            (work.by_state, work.by_parameter),
         )  # fmt: skip
         solve_many(tangent.matrix, tangent.right, begun)
         correct(n, step, begun, tangent, series)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Final
 
 from sssi_exudyn.contact.codegen.formula import formula
-from sssi_exudyn.contact.maths import Math, Number, Vector, cross, dot, plus, times
+from sssi_exudyn.contact.maths import Math, Number, Pair, Vector, cross, dot, plus, times
 from sssi_exudyn.simulation.ski_on_snow.point import STILL, point_velocity
 
 UP: Final[Vector] = (0.0, 0.0, 1.0)
@@ -108,32 +108,21 @@ def force_on_deeper(
     return plus(times(push - at_other, normal), plus(times(along, t), times(across, n)))
 
 
-@formula(by=("groove", "groove_beyond", "offset", "offset_beyond", "speed", "drift", "drift_ahead", "drift_beyond"))
+@formula(by=("groove", "offset", "speed", "drift"))
 def arriving_memory(
-    math: Math,
-    station: Number,
-    ahead: Number,
-    gap: Number,
-    step: Number,
-    groove: Number,
-    groove_beyond: Number,
-    offset: Number,
-    offset_beyond: Number,
-    speed: Number,
-    drift: Number,
-    drift_ahead: Number,
-    drift_beyond: Number,
+    math: Math, along: Vector, step: Number, groove: Pair, offset: Pair, speed: Number, drift: Vector
 ) -> tuple[Number, Number]:
     """Return groove and offset (m) at a station of an edge after a step (s): those of the snow that was ahead of it.
 
-    ahead, gap : m along the ski, the station behind the place that the snow comes from, and how far beyond is the next
-    groove, offset : m at the station ``ahead`` and at that beyond it
-    speed, drift : m/s of the station along and across the edge, ≥ 0 along;  drift_ahead, drift_beyond : of those two
+    along : m along the ski: the station, that behind the place the snow comes from, and how far beyond is the next
+    groove, offset : m at these two stations, behind that place and beyond it
+    speed : m/s of the station along the edge, ≥ 0;  drift : m/s across it, of the station and of these two
     """
+    station, ahead, gap = along
     share = (station + step * speed - ahead) / gap
     # how long ago the snow passed the station ahead; the step where nothing moves
     since = math.where(speed, share * gap / math.maximum(speed, 1e-300), step)
-    rising = drift_beyond - drift_ahead
-    drifted = drift_ahead + share * rising - drift
+    rising = drift[2] - drift[1]
+    drifted = drift[1] + share * rising - drift[0]
     moved = 0.5 * (step * drifted + (1.0 - share) * since * rising)
-    return groove + share * (groove_beyond - groove), offset + share * (offset_beyond - offset) + moved
+    return groove[0] + share * (groove[1] - groove[0]), offset[0] + share * (offset[1] - offset[0]) + moved

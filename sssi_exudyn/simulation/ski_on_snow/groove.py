@@ -57,8 +57,8 @@ def coming_from(station, memory, step, edge, i):
     gap = station[beyond] - station[ahead] if beyond > ahead else 1.0
     groove, offset, drift = memory.groove[edge], memory.offset[edge], memory.drift[edge]
     given = (
-        station[i], station[ahead], gap, step, groove[ahead], groove[beyond], offset[ahead], offset[beyond], speed,
-        drift[i], drift[ahead], drift[beyond],
+        (station[i], station[ahead], gap), step, (groove[ahead], groove[beyond]), (offset[ahead], offset[beyond]),
+        speed, (drift[i], drift[ahead], drift[beyond]),
     )  # fmt: skip
     return ahead if speed >= 0.0 and place <= station[last] else -1, beyond, given
 

@@ -330,7 +330,7 @@ class SkiWork(NamedTuple):
     """Arrays in which a ski is linearised.
 
     posed : (2m, 9) the points, as of ``pose_points``
-    touching : (2m, 15) of each that is in the snow what ``tangents_kernel`` names its columns by
+    touching : (2m, 15) of each that is in the snow what ``ski_tangents`` names its columns by
     point : (2m, 2, 21) depth and force of each of these, by what ``point_in_snow`` is differentiated by
     reach : (2m, k, 3) the modes' displacements there
     slopes : (4, 12 + 2k) of one of them depth and force by the ski's columns, and how far these move it along f

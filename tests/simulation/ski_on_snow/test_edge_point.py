@@ -51,11 +51,10 @@ def some_edge(seed: int) -> dict[str, Any]:
 def snow_coming(seed: int) -> dict[str, Any]:
     """What ``arriving_memory`` takes, the snow between two stations."""
     rng = np.random.default_rng(seed)
-    numbers = {name: float(rng.normal(scale=1e-3)) for name in ("groove", "groove_beyond", "offset", "offset_beyond")}
-    drifts = {name: float(rng.normal(scale=0.5)) for name in ("drift", "drift_ahead", "drift_beyond")}
-    return (
-        {"station": 0.5, "ahead": 0.52, "gap": 0.03, "step": 2.5e-3, "speed": rng.uniform(9.0, 18.0)} | numbers | drifts
-    )
+    groove, offset = (tuple(rng.normal(scale=1e-3, size=2).tolist()) for _ in range(2))
+    drift = tuple(rng.normal(scale=0.5, size=3).tolist())
+    given = {"along": (0.5, 0.52, 0.03), "step": 2.5e-3, "speed": rng.uniform(9.0, 18.0)}
+    return given | {"groove": groove, "offset": offset, "drift": drift}
 
 
 def in_order(formula: Formula, given: dict[str, Any]) -> list[Any]:
