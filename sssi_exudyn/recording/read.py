@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Final
@@ -13,36 +13,41 @@ from scipy.spatial import cKDTree
 
 from sssi_exudyn.bodies.skier.boot import Cuff
 from sssi_exudyn.core.errors import InputError, SssiError
-from sssi_exudyn.core.quantity import quantities, quantity
+from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.core.text import one_line, plus_minus
 from sssi_exudyn.io.files import inside, sha256
 from sssi_exudyn.io.settings import (
     Settings,
     check_keys,
-    key_of,
     name_of,
     numbers_of,
     read_toml,
     table_of,
     text_of,
-    vector_of,
 )
 from sssi_exudyn.recording.cross_checks.catalogue import CHECKS
 from sssi_exudyn.recording.cross_checks.check import Evidence, hold_against_each_other
 from sssi_exudyn.recording.equipment import read_equipped_ski
 from sssi_exudyn.recording.few_sensors.complete import Ground, complete, ground_of, use_barometer_heights
 from sssi_exudyn.recording.few_sensors.posture_model import JOINTS, Body
-from sssi_exudyn.recording.instruments.bvh import Bvh, read_bvh
-from sssi_exudyn.recording.instruments.gps import Gps, enu_from, read_gps
-from sssi_exudyn.recording.instruments.insoles import Insoles, read_insoles
-from sssi_exudyn.recording.instruments.poles import Poles, plants_of, read_poles
+from sssi_exudyn.recording.file_tables import (
+    about_plants,
+    keys_of,
+    read_elevations,
+    read_gps_table,
+    read_insoles_table,
+    read_motion,
+    read_poles_table,
+)
+from sssi_exudyn.recording.instruments.bvh import Bvh
+from sssi_exudyn.recording.instruments.gps import Gps, enu_from
+from sssi_exudyn.recording.instruments.insoles import Insoles
 from sssi_exudyn.recording.recording import (
     _AZIMUTH,
     _STEEPEST,
     FILE,
     NEARBY,
     OPTIONAL,
-    Elevations,
     Equipment,
     Heading,
     Recording,
@@ -53,9 +58,9 @@ from sssi_exudyn.recording.sensor_tables import read_sensors
 from sssi_exudyn.recording.slope_and_heading import CAPTURE_HEADING_SIGMA, SlopeAndHeading, estimate_slope_and_heading
 from sssi_exudyn.recording.snow import read_snow
 from sssi_exudyn.recording.uncertainty import Uncertainty
-from sssi_exudyn.terrain.elevation_model import LARGEST, epsg_of, projection_of, usual_sigma
 
 NOT_GIVEN: Final = "is not stated; estimated:"
+"""Words of a notice about slope or heading that were estimated."""
 _ASSUMED: Final = {
     "skier.mass_kg": ("the skier weighs", "kg"),
     "skier.height_m": ("the skier is", "m tall"),
@@ -69,57 +74,21 @@ _ASSUMED: Final = {
     "gps.sigma_m": ("a fix is exact to", "m"),
 }
 """Words before and after each value that an import may assume."""
-"""Words of a notice about slope or heading that were estimated."""
 _TABLES: Final = (
     *("format", "name", "note", "notes", "assumed", "skier", "equipment", "slope", "snow", "terrain", "uncertainty"),
     "began",
     *("motion", "sensors", "barometer", "gps", "insoles", "poles"),
 )
-_DATUMS: Final = ("gps", "ellipsoid", "geoid", "other")
-"""Zeros of an elevation model's heights: the receiver's, which is the ellipsoid's unless its heights are others; the
-geoid; or anything else, which is then taken out.
-"""
 _FEWEST_FIXES: Final = 4
 """Minimum number of fixes; a track of fewer has no direction to start from."""
 _SHORTEST: Final = 1.0
 """Minimum time that all instruments cover together, s; less is no run."""
-_DAY: Final = 86400.0
 _LONGEST_NOTICE: Final = 500
 _MOST_RUNS: Final = 8
 """Maximum number of other runs of a slope: each takes as long to read as the run itself, and eight show nearly all."""
 
 _STEEP_PISTE: Final = float(np.deg2rad(40.0))
 """Inclination of the steepest groomed pistes, rad: 78 %, 38°."""
-
-
-@dataclass(frozen=True)
-class _MotionTable:
-    heading: float = quantity(
-        0.0, "rad", low=-_AZIMUTH, high=_AZIMUTH, source="full circle", meaning="azimuth of the BVH +z axis"
-    )
-    time_offset: float = quantity(
-        0.0, "s", low=-_DAY, high=_DAY, source="a day", meaning="added to the instrument's time"
-    )
-
-
-@dataclass(frozen=True)
-class _GpsTable:
-    sigma: float = quantity(
-        0.02, "m", low=1e-4, high=100.0, source="RTK to telephones", meaning="standard deviation of a horizontal fix"
-    )
-    height_sigma: float = quantity(
-        0.03, "m", low=1e-4, high=1000.0, source="RTK to telephones", meaning="standard deviation of a fix's height"
-    )
-    time_offset: float = quantity(
-        0.0, "s", low=-_DAY, high=_DAY, source="a day", meaning="added to the instrument's time"
-    )
-
-
-@dataclass(frozen=True)
-class _FeltTable:
-    time_offset: float = quantity(
-        0.0, "s", low=-_DAY, high=_DAY, source="a day", meaning="added to the instrument's time"
-    )
 
 
 def read_recording(folder: str | Path) -> Recording:
@@ -162,21 +131,21 @@ def _read_alone(folder: Path, settings: Settings) -> Recording:
     if "sensors" in settings:
         return _read_few_sensors(folder, settings, toml, hashes, skier, equipment, given_slope, notices)
     notices += _assumed_boots(settings, toml)
-    bvh, given_heading = _read_motion(folder, settings, toml, hashes)
-    gps = _read_gps(folder, settings, toml, hashes, bvh.names, (float(bvh.time[0]), float(bvh.time[-1])))
-    insoles = _read_insoles(folder, settings, toml, hashes)
-    poles = _read_poles(folder, settings, toml, hashes)
+    bvh, given_heading = read_motion(folder, settings, toml, hashes)
+    gps = read_gps_table(folder, settings, toml, hashes, bvh.names, (float(bvh.time[0]), float(bvh.time[-1])))
+    insoles = read_insoles_table(folder, settings, toml, hashes)
+    poles = read_poles_table(folder, settings, toml, hashes)
     start, stop, cut = _overlap(toml, bvh, gps, insoles)
     notices += bvh.notes + cut
     if poles is not None:
-        notices += _about_plants(poles)
+        notices += about_plants(poles)
     if insoles is not None:
         notices += insoles.notes
     setting = SlopeAndHeading(None, None, ("there is no [gps]",))
     if gps is not None:
         notices += gps.notes
         setting = estimate_slope_and_heading(bvh, gps, equipment.ankle_to_ski_base, given_heading)
-    elevations = _read_elevations(folder, settings, toml, hashes, gps)
+    elevations = read_elevations(folder, settings, toml, hashes, gps)
     evidence = Evidence(
         toml=toml,
         skier=skier,
@@ -241,7 +210,7 @@ def _read_few_sensors(
         raise InputError(toml, "[poles]", problem, "leave [poles] out, or record the motion")
     imus, barometer = read_sensors(folder, settings, toml, hashes)
     covered = (max(float(imu.time[0]) for imu in imus), min(float(imu.time[-1]) for imu in imus))
-    gps = _read_gps(folder, settings, toml, hashes, JOINTS, covered)
+    gps = read_gps_table(folder, settings, toml, hashes, JOINTS, covered)
     if gps is None:
         raise InputError(toml, "[gps]", "the table is missing", "few sensors also need fixes: add [gps]")
     notices += gps.notes
@@ -262,11 +231,11 @@ def _read_few_sensors(
         raise InputError(
             toml, "[[sensors]]", str(error), "give the run itself, with sensors and fixes on one clock"
         ) from None
-    insoles = _read_insoles(folder, settings, toml, hashes)
+    insoles = read_insoles_table(folder, settings, toml, hashes)
     start, stop, cut = _overlap(toml, made.bvh, made.gps, insoles)
     if insoles is not None:
         notices += insoles.notes
-    elevations = _read_elevations(folder, settings, toml, hashes, gps)
+    elevations = read_elevations(folder, settings, toml, hashes, gps)
     evidence = replace(
         evidence, imus=(), gps=made.gps, insoles=insoles, elevations=elevations, start=start, stop=stop, slope=given
     )
@@ -306,13 +275,9 @@ def _clean(notices: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(one_line(notice, _LONGEST_NOTICE) for notice in notices)
 
 
-def _keys(cls: type, *others: str) -> tuple[str, ...]:
-    return (*(key_of(about) for about in quantities(cls).values()), *others)
-
-
 def _read_skier(settings: Settings, toml: Path) -> tuple[Skier, tuple[str, ...]]:
     table = table_of(settings, "skier", toml)
-    check_keys(table, _keys(Skier, "sex", "name"), toml, "[skier]")
+    check_keys(table, keys_of(Skier, "sex", "name"), toml, "[skier]")
     sex = text_of(table, "sex", toml, "[skier]", default="male")
     if sex not in ("male", "female"):
         raise InputError(toml, "[skier] sex", f"{sex!r} has no anthropometric table", 'write "male" or "female"')
@@ -361,7 +326,7 @@ def _assumed_words(name: str, value: object) -> str:
 
 def _read_equipment(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> Equipment:
     table = table_of(settings, "equipment", toml)
-    check_keys(table, (*_keys(Equipment, "skis"), *_keys(Cuff)), toml, "[equipment]")
+    check_keys(table, (*keys_of(Equipment, "skis"), *keys_of(Cuff)), toml, "[equipment]")
     skis = name_of(table, "skis", toml, "[equipment]")
     if "/" in skis or skis.endswith(".toml"):  # a ski file; other names are looked up in the catalogue
         hashes[skis] = sha256(inside(folder, skis, toml, "[equipment] skis"))
@@ -383,39 +348,9 @@ def _read_slope(settings: Settings, toml: Path) -> Slope | None:
     if "slope" not in settings:
         return None
     table = table_of(settings, "slope", toml)
-    check_keys(table, _keys(Slope), toml, "[slope]")
+    check_keys(table, keys_of(Slope), toml, "[slope]")
     numbers = numbers_of(Slope, table, toml, "[slope]")
     return Slope(numbers["inclination"], numbers["fall_line_azimuth"])
-
-
-def _read_elevations(
-    folder: Path, settings: Settings, toml: Path, hashes: dict[str, str], gps: Gps | None
-) -> Elevations | None:
-    if "terrain" not in settings:
-        return None
-    table = table_of(settings, "terrain", toml)
-    check_keys(table, _keys(Elevations, "file", "datum", "crs", "runs"), toml, "[terrain]")
-    if gps is None:
-        raise InputError(toml, "[terrain]", "there are no fixes that say where the run is on it", "add [gps]")
-    if set(table) == {"runs"}:
-        return None
-    datum = text_of(table, "datum", toml, "[terrain]", default="gps")
-    if datum not in _DATUMS:
-        raise InputError(toml, "[terrain] datum", f"{datum!r} is not known", f"write one of: {', '.join(_DATUMS)}")
-    name = text_of(table, "file", toml, "[terrain]")
-    hashes[name] = sha256(inside(folder, name, toml, "[terrain] file", LARGEST), LARGEST)
-    projection = projection_of(folder / name)
-    if projection is not None:
-        prj_name = f"{name[: -len(projection.suffix)]}{projection.suffix}"
-        hashes[prj_name] = sha256(inside(folder, prj_name, toml, "[terrain] file"))
-    crs = epsg_of(text_of(table, "crs", toml, "[terrain]"), toml, "[terrain] crs") if "crs" in table else ""
-    numbers = numbers_of(Elevations, table, toml, "[terrain]", optional=("sigma", "geoid_height"))
-    if "geoid_height" in numbers and datum != "geoid":
-        raise InputError(
-            toml, "[terrain] geoid_height_m", f'does not go with datum = "{datum}"', 'write datum = "geoid"'
-        )
-    same = datum in ("gps", "ellipsoid") or "geoid_height" in numbers
-    return Elevations(folder / name, same, crs, **({"sigma": usual_sigma(folder / name)} | numbers))
 
 
 def _with_runs(recording: Recording, settings: Settings) -> Recording:
@@ -476,83 +411,9 @@ def _read_uncertainty(settings: Settings, toml: Path, lag: float = 0.0) -> Uncer
     if "uncertainty" not in settings:
         return usual
     table = table_of(settings, "uncertainty", toml)
-    check_keys(table, _keys(Uncertainty), toml, "[uncertainty]")
+    check_keys(table, keys_of(Uncertainty), toml, "[uncertainty]")
     names = tuple(quantities(Uncertainty))
     return replace(usual, **numbers_of(Uncertainty, table, toml, "[uncertainty]", optional=names))
-
-
-def _read_motion(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> tuple[Bvh, float | None]:
-    table = table_of(settings, "motion", toml)
-    check_keys(table, _keys(_MotionTable, "file"), toml, "[motion]")
-    numbers = numbers_of(_MotionTable, table, toml, "[motion]", optional=("heading", "time_offset"))
-    path = _instrument(folder, table, toml, "[motion]", hashes)
-    if path.suffix.lower() != ".bvh":
-        raise InputError(toml, "[motion] file", f"no reader for {path.suffix!r}", "export the motion as .bvh")
-    return read_bvh(path, numbers.get("time_offset", 0.0)), numbers.get("heading")
-
-
-def _read_gps(
-    folder: Path,
-    settings: Settings,
-    toml: Path,
-    hashes: dict[str, str],
-    joints: tuple[str, ...],
-    covered: tuple[float, float],
-) -> Gps | None:
-    """Read ``[gps]``; ``covered`` (s) is the stretch that motion capture or sensors cover."""
-    if "gps" not in settings:
-        return None
-    table = table_of(settings, "gps", toml)
-    check_keys(table, _keys(_GpsTable, "file", "segment", "offset_m"), toml, "[gps]")
-    numbers = numbers_of(_GpsTable, table, toml, "[gps]", optional=("sigma", "height_sigma", "time_offset"))
-    segment = text_of(table, "segment", toml, "[gps]")
-    if segment not in joints:
-        raise InputError(
-            toml, "[gps] segment", f"the motion has no joint {segment!r}", f"use one of: {', '.join(joints[:24])}"
-        )
-    gps = read_gps(
-        _instrument(folder, table, toml, "[gps]", hashes),
-        segment=segment,
-        offset=np.array(vector_of(table, "offset_m", toml, "[gps]", limit=1.0)),
-        sigma=numbers.get("sigma"),
-        time_offset=numbers.get("time_offset", 0.0),
-        covered=covered,
-    )
-    if "height_sigma" not in numbers:
-        return gps
-    return replace(gps, vertical=numbers["height_sigma"] / float(np.median(gps.sigma)))
-
-
-def _read_insoles(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> Insoles | None:
-    if "insoles" not in settings:
-        return None
-    table = table_of(settings, "insoles", toml)
-    check_keys(table, _keys(_FeltTable, "file"), toml, "[insoles]")
-    numbers = numbers_of(_FeltTable, table, toml, "[insoles]", optional=("time_offset",))
-    return read_insoles(_instrument(folder, table, toml, "[insoles]", hashes), numbers.get("time_offset", 0.0))
-
-
-def _read_poles(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> Poles | None:
-    if "poles" not in settings:
-        return None
-    table = table_of(settings, "poles", toml)
-    check_keys(table, _keys(_FeltTable, "file"), toml, "[poles]")
-    numbers = numbers_of(_FeltTable, table, toml, "[poles]", optional=("time_offset",))
-    return read_poles(_instrument(folder, table, toml, "[poles]", hashes), numbers.get("time_offset", 0.0))
-
-
-def _about_plants(poles: Poles) -> tuple[str, ...]:
-    """Describe the pole plants that the load cells show."""
-    plants = plants_of(poles)
-    impulse = sum(plant.impulse for plant in plants)
-    return (*poles.notes, f"the poles were planted {len(plants)} times, {impulse:.0f} N s in all; the model has them")
-
-
-def _instrument(folder: Path, table: Settings, toml: Path, place: str, hashes: dict[str, str]) -> Path:
-    """Return the path of the instrument's file, under the name that the user knows, and store its hash."""
-    name = text_of(table, "file", toml, place)
-    hashes[name] = sha256(inside(folder, name, toml, f"{place} file"))
-    return folder / name
 
 
 def _overlap(toml: Path, bvh: Bvh, gps: Gps | None, insoles: Insoles | None) -> tuple[float, float, tuple[str, ...]]:
