@@ -86,6 +86,10 @@ class Responses:
         """Return those at some of the instants."""
         return Responses(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
 
+    def change(self, shape: Array) -> TableChange:
+        """Return the tables of a posture that is other by a size times ``shape`` (n,) of the unit at all instants."""
+        return TableChange(lambda tables, size: _moved_tables(self, shape, tables, size))
+
 
 class PostureErrors:
     """The errors of one motion: their directions, and the tables that each changes."""
@@ -95,7 +99,9 @@ class PostureErrors:
         self.time = prepared.time
         # as ``supports`` counts them: the tables end up to a step later
         self._knots = _knots(parts.motion.start, parts.motion.stop)
-        self._responses = _responses(parts, prepared.time, {(error.kind, error.side) for error in errors})
+        moving = PostureMap(parts, prepared.time)
+        kinds = {(error.kind, error.side) for error in errors}
+        self._responses = {kind: moving.responses(angles_of(*kind, moving.posture)) for kind in kinds}
 
     def profile(self, error: PostureError, time: Array) -> Array:
         """Return the error (n,) at ``time`` (n,), one where it is greatest."""
@@ -179,31 +185,33 @@ def _knots(start: float, stop: float) -> Array:
     return np.asarray(start + step * np.arange(-3, intervals + 4), dtype=np.float64)
 
 
-def _responses(parts: Parts, time: Array, kinds: set[tuple[str, int]]) -> dict[tuple[str, int], Responses]:
-    """Return what each kind moves, computed on a coarse grid of instants and interpolated to ``time``."""
-    motion = parts.motion
-    grid = np.linspace(time[0], time[-1], max(6, round((time[-1] - time[0]) / _GRID) + 1))
-    posture = parts.posture(grid)
-    antenna = _antenna_jacobian(motion, grid)
-    responses = {}
-    for kind, side in kinds:
-        angles = _angles_of(kind, side, posture)
+class PostureMap:
+    """What angles move of the skier, computed on a coarse grid of instants and interpolated to those of the tables."""
+
+    def __init__(self, parts: Parts, time: Array) -> None:
+        self.time = time
+        self.grid = np.linspace(time[0], time[-1], max(6, round((time[-1] - time[0]) / _GRID) + 1))
+        self.posture = parts.posture(self.grid)
+        self._antenna = _antenna_jacobian(parts.motion, self.grid)
+
+    def responses(self, angles: Array) -> Responses:
+        """Return what changes of ``angles`` (grid, 28) rad move, at the tables' instants."""
+        posture = self.posture
         coarse = Responses(
             angles=angles,
             foot_place=np.einsum("nsck,nk->nsc", posture.foot_jacobian, angles),
             foot_turn=np.einsum("nsck,nk->nsc", posture.foot_turning, angles),
             com=np.einsum("nck,nk->nc", posture.com_jacobian, angles),
             exposed=np.einsum("neck,nk->nec", posture.exposed_jacobian, angles),
-            antenna=np.einsum("nck,nk->nc", antenna, angles),
+            antenna=np.einsum("nck,nk->nc", self._antenna, angles),
         )
-        responses[kind, side] = Responses(
-            **{f.name: make_interp_spline(grid, getattr(coarse, f.name), k=5)(time) for f in fields(Responses)}
+        return Responses(
+            **{f.name: make_interp_spline(self.grid, getattr(coarse, f.name), k=5)(self.time) for f in fields(Responses)}
         )
-    return responses
 
 
-def _angles_of(kind: str, side: int, posture: PostureTable) -> Array:
-    """Return the angles (n, 28) that make a unit of the error."""
+def angles_of(kind: str, side: int, posture: PostureTable) -> Array:
+    """Return the angles (n, 28) that make a unit of an error of that kind and side, as ``PostureError`` has them."""
     n = len(posture.time)
     angles = np.zeros((n, len(PRESCRIBED)))
     if kind in LEANS:

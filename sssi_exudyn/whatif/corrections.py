@@ -1,0 +1,126 @@
+"""How a skier departs from the captured posture: few ways, each slow, each with a scale and a limit.
+
+A correction is a direction in the space of the 28 angles times cubic B-splines over the recorded clock.  The scale is
+what a skier does without being noticed as another skier: it weighs corrections against each other.  Beyond the limit
+the answer says that the run is not skiable like this.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.posture_errors import PostureMap, angles_of
+from sssi_exudyn.simulation.posture_table import PostureTable
+
+SPACING: Final = 0.75
+"""s between the supports of corrections: a turn of a slalom lasts 0.7 s and more, and what is faster is the posture's
+own."""
+_MOST: Final = 80
+"""Supports at most, however long the run."""
+
+
+@dataclass(frozen=True)
+class Correction:
+    """One way of departing from the captured posture.
+
+    unit : of its size, ``rad`` or ``m``
+    scale : of a size that is usual among runs of one skier;  limit : largest size that counts as skiable
+    meaning : with the direction of positive sizes
+    source : of scale and limit
+    """
+
+    name: str
+    unit: str
+    scale: float
+    limit: float
+    meaning: str
+    source: str
+
+    @property
+    def in_files(self) -> tuple[str, float]:
+        """The unit in files, and the factor from SI to it."""
+        return ("deg", float(np.degrees(1.0))) if self.unit == "rad" else (self.unit, 1.0)
+
+
+_DEGREE: Final = float(np.radians(1.0))
+LEAN: Final = Correction(
+    "lean", "rad", 5.0 * _DEGREE, 20.0 * _DEGREE,
+    "lean of the whole body about its forward axis, positive to the right",
+    "scale: lean by which a skier balances on other skis (as simulate --balanced); limit: a third of the 60 degrees "
+    "that racers lean",
+)  # fmt: skip
+FORE_AFT: Final = Correction(
+    "fore_aft", "m", 0.04, 0.15,
+    "place of the body over the feet, positive forward",
+    "limit: the pressure's centre stays within half of a boot sole of 0.30 m; scale: a quarter of that",
+)  # fmt: skip
+STEERING: Final = Correction(
+    "steering", "rad", 4.0 * _DEGREE, 20.0 * _DEGREE,
+    "turn of both feet by the legs, positive to the left",
+    "limit: half of the hip's rotation of 40 degrees (American Academy of Orthopaedic Surgeons, 1965); scale: a fifth "
+    "of that",
+)  # fmt: skip
+PLOUGH: Final = Correction(
+    "plough", "rad", 4.0 * _DEGREE, 20.0 * _DEGREE,
+    "turn of the feet against each other by the legs, positive with the tips together",
+    "as steering",
+)  # fmt: skip
+EDGING: Final = Correction(
+    "edging", "rad", 3.0 * _DEGREE, 15.0 * _DEGREE,
+    "roll of both feet under the body by knees and hips, positive to the right edge",
+    "limit: half of the hip's adduction of 30 degrees (American Academy of Orthopaedic Surgeons, 1965); scale: a fifth "
+    "of that",
+)  # fmt: skip
+
+
+def direction(correction: Correction, posture: PostureTable) -> Array:
+    """Return the angles (n, 28) that a unit of the correction adds to a posture."""
+    if correction is LEAN:
+        angles = np.zeros((len(posture.time), len(PRESCRIBED)))
+        angles[:, PRESCRIBED.index("pelvis_list")] = 1.0
+        return angles
+    kind, signs = {
+        FORE_AFT.name: ("forward", (-1.0, -1.0)),
+        STEERING.name: ("yaw", (1.0, 1.0)),
+        PLOUGH.name: ("yaw", (-1.0, 1.0)),
+        EDGING.name: ("roll", (1.0, 1.0)),
+    }[correction.name]
+    left, right = (sign * angles_of(kind, side, posture) for side, sign in enumerate(signs))
+    return np.asarray(left + right)
+
+
+class Supports:
+    """Cubic B-splines over the recorded clock, which follow whatever changes over ``SPACING``."""
+
+    def __init__(self, start: float, stop: float) -> None:
+        intervals = int(np.clip(round((stop - start) / SPACING), 1, _MOST - 3))
+        step = (stop - start) / intervals
+        self.knots = start + step * np.arange(-3, intervals + 4, dtype=np.float64)
+        self.count = intervals + 3
+
+    def at(self, recorded: Array) -> Array:
+        """Return the splines (n, k) at instants (n,) of the recorded clock (s), as at the ends beyond them."""
+        inside = np.clip(recorded, self.knots[3], self.knots[-4])
+        return np.asarray(BSpline(self.knots, np.eye(self.count), 3)(inside))
+
+
+class Directions:
+    """The directions of corrections along a recorded posture."""
+
+    def __init__(self, corrections: tuple[Correction, ...], recorded: PostureMap) -> None:
+        self._splines = [
+            make_interp_spline(recorded.grid, direction(correction, recorded.posture), k=3)
+            for correction in corrections
+        ]
+
+    def at(self, recorded: Array) -> Array:
+        """Return the angles (c, n, 28) of a unit of each correction at instants (n,) of the recorded clock (s)."""
+        if not self._splines:
+            return np.zeros((0, len(recorded), len(PRESCRIBED)))
+        return np.stack([np.asarray(spline(recorded)) for spline in self._splines])

@@ -1,0 +1,77 @@
+"""What the skier keeps: which figures of the run stay as recorded, and by which corrections he keeps them.
+
+At samples j of the recorded clock the run has the figures of ``FIGURES``, and each intent weighs how they differ from
+the recorded run's.  Where nothing is changed all differences are zero, and so are the corrections.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.core.choices import Keep
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.whatif.corrections import EDGING, FORE_AFT, LEAN, PLOUGH, STEERING, Correction
+
+PLACE, MOMENT, EDGE, SPEED = slice(0, 2), slice(2, 5), slice(5, 7), slice(7, 8)
+FIGURES: Final = 8
+"""Place of the centre of mass along f and l (m), residual moment (3, N m), edge angles (2, rad), speed (m/s)."""
+SAMPLING: Final = 0.1
+"""s between samples."""
+ALONG_SIGMA: Final = 0.01
+"""m along the path by which place and pace may disagree: they are one and the same."""
+PATH_SIGMA: Final = 0.05
+"""m across the path; ruts at gates are some decimetres wide."""
+MOMENT_SIGMA: Final = 20.0
+"""N m by which the residual moment may differ from the recorded run's: as much is usual in a balanced run
+(``[uncertainty] residual_moment_Nm``)."""
+EDGE_SIGMA: Final = float(np.radians(1.0))
+"""rad; captures see edge angles no better."""
+SPEED_SIGMA: Final = 0.1
+"""m/s; noise of a receiver's speed."""
+SETTLING: Final = 0.3
+"""s at both ends in which moments are not weighed: the skier settles, and splines end."""
+_BODY: Final = (LEAN, FORE_AFT)
+
+
+@dataclass(frozen=True)
+class Intent:
+    """What is kept.
+
+    corrections : by which the skier keeps it;  paced : whether he comes along later or earlier
+    meaning : for the result and the guide
+    """
+
+    corrections: tuple[Correction, ...]
+    paced: bool
+    meaning: str
+
+
+INTENTS: Final[Mapping[Keep, Intent]] = {
+    "movement": Intent((), False, "the recorded movement, whatever comes of it"),
+    "path": Intent((*_BODY, STEERING), True, "the recorded path; the speed along it is free"),
+    "rhythm": Intent((*_BODY, STEERING, EDGING), False, "turn times and edge angles; the path is free"),
+    "speed": Intent((*_BODY, STEERING, PLOUGH), False, "the recorded speed at each instant; the path is free"),
+}
+
+
+def weights_of(keep: Keep, samples: Array, way: Array) -> Array:
+    """Return the weights (n, r, ``FIGURES``) of differences at ``samples`` (n,) s of the recorded clock.
+
+    way : (n, 2) directions of the recorded path
+    """
+    inner = (samples >= samples[0] + SETTLING) & (samples <= samples[-1] - SETTLING)
+    moments = np.zeros((len(samples), 3, FIGURES))
+    moments[:, range(3), range(MOMENT.start, MOMENT.stop)] = inner[:, None] / MOMENT_SIGMA
+    kept = np.zeros((len(samples), 2, FIGURES))
+    if keep == "path":
+        kept[:, 0, PLACE] = way / ALONG_SIGMA
+        kept[:, 1, PLACE] = np.column_stack([-way[:, 1], way[:, 0]]) / PATH_SIGMA
+    elif keep == "rhythm":
+        kept[:, range(2), range(EDGE.start, EDGE.stop)] = 1.0 / EDGE_SIGMA
+    elif keep == "speed":
+        kept[:, 0, SPEED] = 1.0 / SPEED_SIGMA
+    return np.concatenate([kept, moments], axis=1)

@@ -1,0 +1,223 @@
+"""A what-if as a problem of least squares: a run of the reduced model at any corrections and pace, and its tangents.
+
+The unknowns u are amplitudes of B-splines over the recorded clock: of each correction in its scale, then of the pace.
+
+    r(u) = [W (figures(u) − figures recorded), u],   ½ |r|² least
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.core.choices import Keep
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.balance import Balance, balance_of, own_moment
+from sssi_exudyn.fitting.observations import averages
+from sssi_exudyn.fitting.posture_errors import PostureMap
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.motion import Motion, spline_motion
+from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.reduced.derivatives import TableChange
+from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
+from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
+from sssi_exudyn.whatif.corrections import Directions, Supports
+from sssi_exudyn.whatif.intent import FIGURES, INTENTS, MOMENT, PLACE, SAMPLING, SPEED, Intent, weights_of
+from sssi_exudyn.whatif.pace import Pace
+from sssi_exudyn.whatif.recorded_run import RecordedRun, nodes_of
+
+STEP: Final = 0.01
+"""s; steps of the reduced model, as in a fit."""
+_BEYOND: Final = 0.02
+"""s that a run goes on after its end, so that its last sample lies within."""
+PACE_SCALE: Final = 0.3
+"""Of g, the logarithm of the slowness: a skier a third slower.  What he meets says far more of it."""
+_DIFFERENCE: Final = 1e-3
+"""Scales of a correction by which the body's own moment is differentiated."""
+
+
+@dataclass(frozen=True)
+class Played:
+    """A movement that was played by a model.
+
+    times : (n,) s, own times of the samples
+    figures : (n, ``FIGURES``) at them
+    """
+
+    model: Model
+    motion: Motion
+    pace: Pace
+    prepared: Prepared
+    run: ReducedRun
+    balance: Balance
+    times: Array
+    figures: Array
+
+
+def play(model: Model, motion: Motion, pace: Pace, samples: Array) -> Played:
+    """Simulate a model along a motion whose pace is known.  Raises SimulationDiverged when its simulation does."""
+    times = pace.own(samples)
+    prepared = prepare(model, motion, step=STEP, stop=motion.stop + _BEYOND)
+    run = simulate_reduced(model, prepared)
+    balance = balance_of(model, motion, prepared, run)
+    return Played(model, motion, pace, prepared, run, balance, times, figures_of(run, prepared, balance, times))
+
+
+def figures_of(run: ReducedRun, prepared: Prepared, balance: Balance, times: Array) -> Array:
+    """Return the figures (n, ``FIGURES``) of a run at ``times`` (n,) s; the run may carry a complex step."""
+    clock = run.time.real
+
+    def at(values: Array) -> Array:
+        return np.stack([np.interp(times, clock, column) for column in values.T], axis=1)
+
+    windows = np.clip(times, clock[0] + 0.5 * SAMPLING, clock[-1] - 0.5 * SAMPLING)
+    moment = averages(clock, balance.residual(run, prepared), windows)
+    speed = np.sqrt(np.sum(run.com_velocity**2, axis=1, keepdims=True))
+    return np.concatenate([at(run.com[:, :2]), moment, at(run.edge_angle), at(speed)], axis=1)
+
+
+class Question:
+    """A recorded run, the model that is asked about, and what the skier keeps.
+
+    Raises SimulationDiverged when the recorded run cannot be simulated.
+    """
+
+    def __init__(self, recorded: RecordedRun, asked: Model, keep: Keep) -> None:
+        self.recorded, self.asked, self.keep = recorded, asked, keep
+        motion = recorded.motion
+        self.nodes = nodes_of(motion.start, motion.stop)
+        self.samples = np.linspace(
+            motion.start + SAMPLING, motion.stop, max(3, round((motion.stop - motion.start) / SAMPLING))
+        )
+        self.supports = Supports(motion.start, motion.stop)
+        self.as_recorded = play(recorded.model, motion, Pace(self.nodes, np.ones(len(self.nodes))), self.samples)
+        self._angles = motion.evaluate(self.nodes)[0]
+        self._directions = Directions(
+            self.intent.corrections, PostureMap(Parts(recorded.model, motion), self.as_recorded.prepared.time)
+        )
+        self.weights = weights_of(keep, self.samples, self.way)
+
+    @property
+    def intent(self) -> Intent:
+        """What the skier keeps."""
+        return INTENTS[self.keep]
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.supports.count * (len(self.intent.corrections) + self.intent.paced)
+
+    @cached_property
+    def way(self) -> Array:
+        """(n, 2) directions of the recorded path at the samples."""
+        run = self.as_recorded.run
+        velocity = np.stack([np.interp(self.samples, run.time, run.com_velocity[:, i]) for i in range(2)], axis=1)
+        return np.asarray(velocity / np.linalg.norm(velocity, axis=1, keepdims=True))
+
+    def amounts(self, unknowns: Array, recorded: Array) -> Array:
+        """Return the corrections (n, c), in rad and m, at instants (n,) of the recorded clock (s)."""
+        several = self.intent.corrections
+        amplitudes = unknowns[: self.supports.count * len(several)].reshape(len(several), self.supports.count)
+        return np.asarray(self.supports.at(recorded) @ amplitudes.T * [correction.scale for correction in several])
+
+    def added(self, unknowns: Array) -> Array:
+        """Return the angles (nodes, 28) rad that the corrections add to the recorded ones."""
+        amounts = self.amounts(unknowns, self.nodes)
+        return np.einsum("nc,cnk->nk", amounts, self._directions.at(self.nodes))
+
+    def pace(self, unknowns: Array) -> Pace:
+        """Return the pace."""
+        slower = self._pace_splines @ unknowns[-self.supports.count :] if self.intent.paced else np.zeros(len(self.nodes))
+        return Pace(self.nodes, np.exp(slower))
+
+    def movement(self, unknowns: Array) -> tuple[Motion, Pace]:
+        """Return the corrected movement at its pace."""
+        motion, pace = self.recorded.motion, self.pace(unknowns)
+        if not np.any(unknowns):
+            return motion, pace
+        own = pace.own(self.nodes)
+        return spline_motion(motion.geometry, motion.inclination, own, self._angles + self.added(unknowns)), pace
+
+    def play(self, unknowns: Array) -> Played:
+        """Simulate the asked model at these unknowns.  Raises SimulationDiverged when its simulation does."""
+        motion, pace = self.movement(unknowns)
+        return play(replace(self.asked, terms=pace.retimed(self.asked.terms)), motion, pace, self.samples)
+
+    def residual(self, unknowns: Array, played: Played) -> Array:
+        """Return r."""
+        apart = np.einsum("nrk,nk->nr", self.weights, played.figures - self.as_recorded.figures)
+        return np.concatenate([apart.ravel(), unknowns])
+
+    def jacobian(self, by_unknown: Array) -> Array:
+        """Return dr/du from the figures' derivatives (n, ``FIGURES``, size)."""
+        rows = self.weighed(by_unknown)
+        return np.concatenate([rows, np.eye(self.size)])
+
+    def weighed(self, derivatives: Array) -> Array:
+        """Return W times derivatives (n, ``FIGURES``, k) of the figures."""
+        return np.einsum("nrj,njk->nrk", self.weights, derivatives).reshape(-1, derivatives.shape[-1])
+
+    def linearise(self, unknowns: Array, played: Played) -> Array:
+        """Return the derivatives (n, ``FIGURES``, size) of the figures at the samples by the unknowns."""
+        derivatives = figures_tangents(played, (), self._changes(played))
+        derivatives[:, MOMENT] += self._own_moments(unknowns, played)
+        if self.intent.paced:
+            derivatives[..., -self.supports.count :] += (
+                self._rates(played)[..., None] * played.pace.later(self._pace_splines)(self.samples)[:, None]
+            )
+        return derivatives
+
+    @cached_property
+    def _pace_splines(self) -> Array:
+        return PACE_SCALE * self.supports.at(self.nodes)
+
+    def _changes(self, played: Played) -> list[TableChange]:
+        """Return what each of the unknowns changes of the posture's tables."""
+        moving = PostureMap(Parts(played.model, played.motion), played.prepared.time)
+        on_grid, on_tables = (played.pace.back(time) for time in (moving.grid, played.prepared.time))
+        shapes = self.supports.at(on_tables)
+        changes: list[TableChange] = []
+        for correction, angles in zip(self.intent.corrections, self._directions.at(on_grid), strict=True):
+            responses = moving.responses(angles)
+            changes += [responses.change(correction.scale * shape) for shape in shapes.T]
+        if self.intent.paced:
+            responses = moving.responses(played.motion.evaluate(moving.grid)[1])
+            later = played.pace.later(self._pace_splines)(on_tables)
+            changes += [responses.change(-shape) for shape in later.T]
+        return changes
+
+    def _own_moments(self, unknowns: Array, played: Played) -> Array:
+        """Return the derivatives (n, 3, size) of the moment that the body has of itself, at the samples."""
+        own = own_moment(Parts(played.model, played.motion), played.times)
+        columns = []
+        for unit in np.eye(self.size):
+            motion, pace = self.movement(unknowns + _DIFFERENCE * unit)
+            columns.append((own_moment(Parts(played.model, motion), pace.own(self.samples)) - own) / _DIFFERENCE)
+        return np.stack(columns, axis=-1) if columns else np.zeros((*own.shape, 0))
+
+    def _rates(self, played: Played) -> Array:
+        """Return the rates (n, ``FIGURES``) at which the figures change in time, the body's own moment apart."""
+        values = played.figures.copy()
+        values[:, MOMENT] -= own_moment(Parts(played.model, played.motion), played.times)
+        rates = CubicSpline(played.times, values)(played.times, nu=1)
+        run = played.run
+        rates[:, PLACE] = np.stack([np.interp(played.times, run.time, run.com_velocity[:, i]) for i in range(2)], axis=1)
+        return np.asarray(rates)
+
+
+def figures_tangents(played: Played, names: Sequence[str], changes: Sequence[TableChange]) -> Array:
+    """Return the derivatives (n, ``FIGURES``, k) of the figures at fixed times, by numbers and by changed tables."""
+
+    def observed(_model: Model, run: ReducedRun) -> Array:
+        return figures_of(run, played.prepared, played.balance, played.times)
+
+    if not names and not changes:
+        return np.zeros((len(played.times), FIGURES, 0))
+    return sensitivities(played.model, played.prepared, names, observed, changes)[1]
