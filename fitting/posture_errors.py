@@ -206,7 +206,10 @@ class PostureMap:
             antenna=np.einsum("nck,nk->nc", self._antenna, angles),
         )
         return Responses(
-            **{f.name: make_interp_spline(self.grid, getattr(coarse, f.name), k=5)(self.time) for f in fields(Responses)}
+            **{
+                f.name: make_interp_spline(self.grid, getattr(coarse, f.name), k=5)(self.time)
+                for f in fields(Responses)
+            }
         )
 
 
@@ -226,7 +229,7 @@ def angles_of(kind: str, side: int, posture: PostureTable) -> Array:
     else:
         wanted[:, SHIFTS[kind]] = 1.0
     # turns in the slope's axes, shifts along and across the ski as it lies on the slope
-    level = _level_axes(frame)
+    level = level_axes(frame)
     shifts = np.einsum("nci,nck->nik", level, posture.foot_jacobian[:, side][:, :, columns])
     matrix = np.concatenate([posture.foot_turning[:, side][:, :, columns], shifts], axis=1)
     weighted = matrix / _HELD[:, None]
@@ -236,7 +239,7 @@ def angles_of(kind: str, side: int, posture: PostureTable) -> Array:
     return angles
 
 
-def _level_axes(frame: Array) -> Array:
+def level_axes(frame: Array) -> Array:
     """Return axes (n, 3, 3) in columns, from feet (n, 3, 3): along the ski within the slope, to its left, and the
     slope's normal.
     """

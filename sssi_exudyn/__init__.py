@@ -24,6 +24,7 @@ from sssi_exudyn.api.results import load, report
 from sssi_exudyn.api.runs import build, fit, model_of, read_model, run, simulate, validate
 from sssi_exudyn.api.season import load_season, run_season
 from sssi_exudyn.api.sweeps import load_sweep, sweep
+from sssi_exudyn.api.whatif import whatif
 
 if TYPE_CHECKING:
     from sssi_exudyn.api.exudyn_model import ExudynModel
@@ -98,6 +99,7 @@ __all__ = [
     "turn",
     "use_plugin",
     "validate",
+    "whatif",
 ]
 _ELSEWHERE: Final = {
     "Answers": "importing.answers",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
-from sssi_exudyn.api import benchmark, catalogue, diagnosis, muscles, recordings, results, runs, season, sweeps
+from sssi_exudyn.api import benchmark, catalogue, diagnosis, muscles, recordings, results, runs, season, sweeps, whatif
 from sssi_exudyn.core.choices import Cluster
 from sssi_exudyn.core.command_line import Argument, Option
 from sssi_exudyn.core.errors import InputError
@@ -131,6 +131,7 @@ COMMANDS: Final = (
     Command("benchmark recordings", benchmark.diagnose_known, shown.show_rows, "commands.diagnosis"),
     Command("benchmark semi-real", benchmark.semi_real, shown.show_rows, "commands.diagnosis"),
     Command("run", runs.run, shown.show_run, "commands.runs", call=_run, several=season.run_season),
+    Command("whatif", whatif.whatif, shown.show_whatif, "commands.what_if"),
     Command("report", results.report, shown.show_path("report"), "commands.runs"),
     Command("sweep start", sweeps.sweep, shown.show_counts, "sweeps.sweep", call=_sweep),
     Command(

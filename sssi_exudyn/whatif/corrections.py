@@ -15,7 +15,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.posture_errors import PostureMap, angles_of
+from sssi_exudyn.fitting.posture_errors import PostureMap, angles_of, level_axes
 from sssi_exudyn.simulation.posture_table import PostureTable
 
 SPACING: Final = 0.75
@@ -51,7 +51,7 @@ class Correction:
 _DEGREE: Final = float(np.radians(1.0))
 LEAN: Final = Correction(
     "lean", "rad", 5.0 * _DEGREE, 20.0 * _DEGREE,
-    "lean of the whole body about its forward axis, positive to the right",
+    "lean of the whole body about the direction of the skis, positive to the right",
     "scale: lean by which a skier balances on other skis (as simulate --balanced); limit: a third of the 60 degrees "
     "that racers lean",
 )  # fmt: skip
@@ -82,9 +82,7 @@ EDGING: Final = Correction(
 def direction(correction: Correction, posture: PostureTable) -> Array:
     """Return the angles (n, 28) that a unit of the correction adds to a posture."""
     if correction is LEAN:
-        angles = np.zeros((len(posture.time), len(PRESCRIBED)))
-        angles[:, PRESCRIBED.index("pelvis_list")] = 1.0
-        return angles
+        return _lean(posture)
     kind, signs = {
         FORE_AFT.name: ("forward", (-1.0, -1.0)),
         STEERING.name: ("yaw", (1.0, 1.0)),
@@ -93,6 +91,24 @@ def direction(correction: Correction, posture: PostureTable) -> Array:
     }[correction.name]
     left, right = (sign * angles_of(kind, side, posture) for side, sign in enumerate(signs))
     return np.asarray(left + right)
+
+
+def _lean(posture: PostureTable) -> Array:
+    """Return the angles (n, 28) of a unit roll of the whole body about its skis' mean heading within the slope.
+
+    It turns no ski to either side.  One leg stretches and the other bends so that both feet stay on the snow: a body
+    that is stiff would shift its load from one ski to the other instead.
+    """
+    way = level_axes(posture.foot_rotation.mean(axis=1))[:, :, 0]
+    columns = [PRESCRIBED.index(f"pelvis_{name}") for name in ("rotation", "list", "tilt")]
+    angles = np.zeros((len(posture.time), len(PRESCRIBED)))
+    turning = posture.foot_turning[:, 0][:, :, columns]
+    angles[:, columns] = np.linalg.solve(turning, way[..., None])[..., 0]
+    rise = np.einsum("nsk,nk->ns", posture.foot_jacobian[:, :, 2], angles)
+    stretch = rise.mean(axis=1, keepdims=True) - rise
+    for side in range(2):
+        angles += stretch[:, side, None] * angles_of("height", side, posture)
+    return angles
 
 
 class Supports:

@@ -23,7 +23,7 @@ SAMPLING: Final = 0.1
 """s between samples."""
 ALONG_SIGMA: Final = 0.01
 """m along the path by which place and pace may disagree: they are one and the same."""
-PATH_SIGMA: Final = 0.05
+PATH_SIGMA: Final = 0.25
 """m across the path; ruts at gates are some decimetres wide."""
 MOMENT_SIGMA: Final = 20.0
 """N m by which the residual moment may differ from the recorded run's: as much is usual in a balanced run

@@ -13,9 +13,7 @@ from functools import cached_property
 from typing import Final
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
-from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.balance import Balance, balance_of, own_moment
@@ -29,7 +27,7 @@ from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepar
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.whatif.corrections import Directions, Supports
-from sssi_exudyn.whatif.intent import FIGURES, INTENTS, MOMENT, PLACE, SAMPLING, SPEED, Intent, weights_of
+from sssi_exudyn.whatif.intent import FIGURES, INTENTS, MOMENT, SAMPLING, Intent, weights_of
 from sssi_exudyn.whatif.pace import Pace
 from sssi_exudyn.whatif.recorded_run import RecordedRun, nodes_of
 
@@ -72,15 +70,17 @@ def play(model: Model, motion: Motion, pace: Pace, samples: Array) -> Played:
 
 def figures_of(run: ReducedRun, prepared: Prepared, balance: Balance, times: Array) -> Array:
     """Return the figures (n, ``FIGURES``) of a run at ``times`` (n,) s; the run may carry a complex step."""
-    clock = run.time.real
-
-    def at(values: Array) -> Array:
-        return np.stack([np.interp(times, clock, column) for column in values.T], axis=1)
-
-    windows = np.clip(times, clock[0] + 0.5 * SAMPLING, clock[-1] - 0.5 * SAMPLING)
-    moment = averages(clock, balance.residual(run, prepared), windows)
     speed = np.sqrt(np.sum(run.com_velocity**2, axis=1, keepdims=True))
-    return np.concatenate([at(run.com[:, :2]), moment, at(run.edge_angle), at(speed)], axis=1)
+    series = [run.com[:, :2], balance.residual(run, prepared), run.edge_angle, speed]
+    return _sampled(run.time.real, np.concatenate(series, axis=1), times)
+
+
+def _sampled(clock: Array, series: Array, times: Array) -> Array:
+    """Return the series (k, ``FIGURES``) at ``times`` (n,) s, the moment averaged over ``SAMPLING``."""
+    figures = np.stack([np.interp(times, clock, column) for column in series.T], axis=1)
+    windows = np.clip(times, clock[0] + 0.5 * SAMPLING, clock[-1] - 0.5 * SAMPLING)
+    figures[:, MOMENT] = averages(clock, series[:, MOMENT], windows)
+    return figures
 
 
 class Question:
@@ -134,7 +134,9 @@ class Question:
 
     def pace(self, unknowns: Array) -> Pace:
         """Return the pace."""
-        slower = self._pace_splines @ unknowns[-self.supports.count :] if self.intent.paced else np.zeros(len(self.nodes))
+        slower = (
+            self._pace_splines @ unknowns[-self.supports.count :] if self.intent.paced else np.zeros(len(self.nodes))
+        )
         return Pace(self.nodes, np.exp(slower))
 
     def movement(self, unknowns: Array) -> tuple[Motion, Pace]:
@@ -174,6 +176,12 @@ class Question:
             )
         return derivatives
 
+    def end_later(self, played: Played) -> Array:
+        """Return the derivatives (size,) of the own time of the last sample by the unknowns, s."""
+        later = np.zeros(self.size)
+        later[-self.supports.count :] = played.pace.later(self._pace_splines)(self.samples[-1])
+        return later
+
     @cached_property
     def _pace_splines(self) -> Array:
         return PACE_SCALE * self.supports.at(self.nodes)
@@ -204,12 +212,12 @@ class Question:
 
     def _rates(self, played: Played) -> Array:
         """Return the rates (n, ``FIGURES``) at which the figures change in time, the body's own moment apart."""
-        values = played.figures.copy()
-        values[:, MOMENT] -= own_moment(Parts(played.model, played.motion), played.times)
-        rates = CubicSpline(played.times, values)(played.times, nu=1)
-        run = played.run
-        rates[:, PLACE] = np.stack([np.interp(played.times, run.time, run.com_velocity[:, i]) for i in range(2)], axis=1)
-        return np.asarray(rates)
+        run, clock = played.run, played.run.time
+        speed = np.linalg.norm(run.com_velocity, axis=1, keepdims=True)
+        moment = played.balance.residual(run, played.prepared) - played.balance.own
+        changing = np.concatenate([moment, run.edge_angle, speed], axis=1)
+        rates = np.concatenate([run.com_velocity[:, :2], np.gradient(changing, clock, axis=0)], axis=1)
+        return _sampled(clock, rates, played.times)
 
 
 def figures_tangents(played: Played, names: Sequence[str], changes: Sequence[TableChange]) -> Array:

@@ -74,9 +74,7 @@ def _half_square(residual: Array) -> float:
     return 0.5 * float(residual @ residual)
 
 
-def _step(
-    question: Question, unknowns: Array, residual: Array, jacobian: Array
-) -> tuple[Array, Played | None, float]:
+def _step(question: Question, unknowns: Array, residual: Array, jacobian: Array) -> tuple[Array, Played | None, float]:
     """Return the step, the run after it, and ½|r|² there; no run where no step lessens it."""
     cost = _half_square(residual)
     curvature, slope = jacobian.T @ jacobian, jacobian.T @ residual

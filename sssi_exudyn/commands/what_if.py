@@ -1,0 +1,242 @@
+"""The work of ``sssi whatif``: a recorded run with something changed, into a folder of plain files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from sssi_exudyn.bodies.ski.ski import ski_named
+from sssi_exudyn.commands.runs import choose_model, fit_recording, lock_of, open_recording
+from sssi_exudyn.core.choices import Keep
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.text import did_you_mean, one_line
+from sssi_exudyn.io.typed import convert
+from sssi_exudyn.io.writing import to_json, write_atomically
+from sssi_exudyn.model.model import PRESETS, Model
+from sssi_exudyn.recording.inspection_plot import picture, save_picture
+from sssi_exudyn.recording.recording import FILE
+from sssi_exudyn.results.folder import SUMMARY
+from sssi_exudyn.results.stored import StoredRun, read_run
+from sssi_exudyn.results.summary import Provenance
+from sssi_exudyn.runtime.progress import Progress
+from sssi_exudyn.runtime.provenance import provenance
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.sweeps.parameters import Parameter, parameters_of
+from sssi_exudyn.whatif.answer import WhatIf, answer_of, off_path, seconds_lost
+from sssi_exudyn.whatif.intent import SPEED
+from sssi_exudyn.whatif.question import Played, Question
+from sssi_exudyn.whatif.recorded_run import recorded_run
+from sssi_exudyn.whatif.solve import Solution, solve
+
+RECORDED: Final = "recorded"
+"""Folder within an answer: the result of the recording's fit."""
+ANSWER: Final = "whatif.json"
+_COMMAND: Final = "sssi whatif"
+_START_SPEED: Final = Parameter("start.speed", "m/s", 0.5, 50.0, "speed along the slope at the start")
+_SHAPES: Final = ("skier.mass", "slope.inclination_deg")
+_OF_CAPTURE: Final = ("heading_offset", "clock_offset", "f", "l")
+_MOST: Final = 50
+
+
+def read_changes(given: Sequence[str] | Mapping[str, float]) -> dict[str, float]:
+    """Read changed numbers, ``NAME=VALUE`` each or a mapping.  Raises InputError for anything else."""
+    pairs = list(given.items()) if isinstance(given, Mapping) else [text.partition("=")[::2] for text in given]
+    if len(pairs) > _MOST:
+        raise InputError(_COMMAND, "--set", f"{len(pairs)} changes are too many", f"give {_MOST} at most")
+    changes: dict[str, float] = {}
+    for name, text in pairs:
+        try:
+            changes[name] = float(text)
+        except (TypeError, ValueError):
+            changes[name] = float("nan")
+        if not np.isfinite(changes[name]):
+            problem = f"{one_line(name)} is given no number"
+            raise InputError(_COMMAND, "--set", problem, "write NAME=VALUE, such as friction.mu_t=0.12")
+    return changes
+
+
+def ask(
+    folder: Path,
+    out: Path | None,
+    changes: Mapping[str, float],
+    ski: str | None,
+    keep: Keep,
+    *,
+    reduced: bool,
+    progress: Progress,
+) -> WhatIf:
+    """Answer a what-if of the result or recording in ``folder``, and write it into ``out`` if given.
+
+    Raises InputError for bad input, and SimulationDiverged when the asked model cannot play the recorded movement.
+    """
+    with lock_of(out):
+        stored = _stored(folder, out, progress)
+        recorded = recorded_run(stored, folder)
+        asked = change_model(recorded.model, changes, ski)
+        with progress.stage("what if") as stage:
+            question = Question(recorded, asked, keep)
+            solution = solve(question, stage.advance)
+        ends: tuple[float | None, float | None] = (None, None)
+        if not reduced:
+            with progress.stage("full model"):
+                ends = _full_end(solution.played), _recorded_end(stored, question)
+        named: dict[str, str | float] = {**changes, **({} if ski is None else {"ski": asked.ski.name})}
+        settings = {"command": "whatif", "keep": keep, "changes": named, **({"reduced": True} if reduced else {})}
+        origin = convert(provenance(stored.summary.provenance.inputs, settings, seed=None), Provenance)
+        answer = answer_of(solution, stored.name, named, _errors(stored, recorded.model), ends, origin)
+        if out is not None:
+            _write(out, answer, solution)
+        return answer
+
+
+def _stored(folder: Path, out: Path | None, progress: Progress) -> StoredRun:
+    """Return the result in a folder, or fit the recording there first."""
+    if (folder / SUMMARY).is_file():
+        return read_run(folder)
+    if not (folder / FILE).is_file():
+        raise InputError(folder, "", "neither a result nor a recording", "give the folder of one")
+    with open_recording(folder, None if out is None else out / RECORDED, progress) as work:
+        chosen = choose_model(work, None, (), "paper", None)
+        return fit_recording(work, chosen, method="joint", parameters=()).run
+
+
+def change_model(model: Model, changes: Mapping[str, float], ski: str | None) -> Model:
+    """Return the model that is asked about.
+
+    A steeper slope turns gravity alone: posture and path stay as they are relative to the snow.
+
+    Raises InputError for unknown numbers and skis, and for values outside their bounds.
+    """
+    known = {**parameters_of(model.terms), _START_SPEED.name: _START_SPEED}
+    parts = {"friction", *(term.name for term in model.terms), "start"}
+    known = {
+        name: about
+        for name, about in known.items()
+        if (name in _SHAPES or name.partition(".")[0] in parts)
+        and not (name.startswith("start.") and name.partition(".")[2].removesuffix("_deg") in _OF_CAPTURE)
+    }
+    for name, value in changes.items():
+        if name not in known:
+            raise InputError(_COMMAND, "--set", f"no number is called {one_line(name)!r}", did_you_mean(name, known))
+        about = known[name]
+        if not about.low <= value <= about.high:
+            problem = f"{name} = {value:g} is outside {about.low:g} to {about.high:g} {about.unit}"
+            raise InputError(_COMMAND, "--set", problem, "give a value within")
+        model = _changed(model, name, value * about.factor)
+    if ski is None:
+        return model
+    other = ski_named(ski, Path(), _COMMAND, "--ski")
+    return replace(model, ski=other)
+
+
+def _changed(model: Model, name: str, value: float) -> Model:
+    if name == "skier.mass":
+        return replace(model, skier=replace(model.skier, mass=value))
+    if name == "slope.inclination_deg":
+        return replace(model, inclination=value)
+    if name == _START_SPEED.name:
+        start = model.start
+        factor = value / float(np.hypot(start.velocity_f, start.velocity_l))
+        return replace(
+            model, start=replace(start, velocity_f=factor * start.velocity_f, velocity_l=factor * start.velocity_l)
+        )
+    return model.with_values({name.removesuffix("_deg"): value})
+
+
+def _errors(stored: StoredRun, model: Model) -> dict[str, float]:
+    """Return standard errors of the fitted numbers that act on the run."""
+    errors: dict[str, float] = {}
+    for name, estimate in (stored.summary.fit.parameters or {}).items():
+        if estimate.se is None or name.startswith("start.clock"):
+            continue
+        try:
+            model.value(name)
+        except InputError:  # a fault of an instrument, which a what-if leaves out
+            continue
+        errors[name] = estimate.se
+    return errors
+
+
+def _full_end(played: Played) -> float:
+    """Return how far (m) the full model's centre of mass is from the reduced one's at the end."""
+    model = replace(played.model, solver=PRESETS["fast"])
+    result = simulate(model, played.motion)
+    end = min(float(result.time[-1]), float(played.times[-1]))
+    full, own = (
+        np.array([np.interp(end, time, com[:, i]) for i in range(2)])
+        for time, com in ((result.time, result.com), (played.run.time, played.run.com))
+    )
+    return float(np.linalg.norm(full - own))
+
+
+def _recorded_end(stored: StoredRun, question: Question) -> float:
+    """Return the same of the recorded run, whose full model the result holds."""
+    run, end = question.as_recorded.run, float(question.samples[-1])
+    full, own = (
+        np.array([np.interp(end, time, com[:, i]) for i in range(2)])
+        for time, com in ((stored.time, stored.com), (run.time, run.com))
+    )
+    return float(np.linalg.norm(full - own))
+
+
+def _write(out: Path, answer: WhatIf, solution: Solution) -> None:
+    """Write tables, picture and, last, the answer."""
+    question = solution.question
+    write_atomically(out / "runs.csv", _runs_table(solution).to_csv(index=False))
+    amounts = question.amounts(solution.unknowns, question.samples)
+    columns = {"recorded_s": question.samples, "own_s": solution.played.times}
+    for correction, column in zip(question.intent.corrections, amounts.T, strict=True):
+        unit, factor = correction.in_files
+        columns[f"{correction.name}_{unit}"] = factor * column
+    write_atomically(out / "corrections.csv", pd.DataFrame(columns).to_csv(index=False))
+    _draw(out / "whatif.png", answer, solution)
+    write_atomically(out / ANSWER, to_json(answer))
+
+
+def _runs_table(solution: Solution) -> pd.DataFrame:
+    parts = []
+    for name, played in (("recorded", solution.question.as_recorded), ("asked", solution.played)):
+        run = played.run
+        parts.append(
+            pd.DataFrame(
+                {
+                    "run": name,
+                    "time_s": run.time,
+                    "com_f_m": run.com[:, 0],
+                    "com_l_m": run.com[:, 1],
+                    "speed_mps": np.linalg.norm(run.com_velocity, axis=1),
+                    "left_load_N": run.foot_load[:, 0],
+                    "right_load_N": run.foot_load[:, 1],
+                    "left_edge_angle_deg": np.degrees(run.edge_angle[:, 0]),
+                    "right_edge_angle_deg": np.degrees(run.edge_angle[:, 1]),
+                }
+            )
+        )
+    return pd.concat(parts)
+
+
+def _draw(path: Path, answer: WhatIf, solution: Solution) -> None:
+    """Draw both runs over each other: paths, speeds, seconds lost and the distance off the path."""
+    question, played = solution.question, solution.played
+    figure = picture(path, (11.0, 8.0))
+    paths, speeds, seconds, off = figure.subplots(2, 2).ravel()
+    for name, run in (("recorded", question.as_recorded), ("asked", played)):
+        paths.plot(run.run.com[:, 1], -run.run.com[:, 0], label=name)
+        speeds.plot(question.samples, run.figures[:, SPEED], label=name)
+    paths.set_aspect("equal", adjustable="datalim")
+    paths.set_xlabel("to the left (m)")
+    paths.set_ylabel("up the fall line (m)")
+    seconds.plot(question.samples, seconds_lost(question, played))
+    off.plot(question.samples, off_path(question, played))
+    for axes, label in ((speeds, "speed (m/s)"), (seconds, "lost (s)"), (off, "to the left of the recorded path (m)")):
+        axes.set_xlabel("recorded clock (s)")
+        axes.set_ylabel(label)
+        for turn in answer.turns[::2]:
+            axes.axvspan(turn.start_s, turn.end_s, color="0.5", alpha=0.15, linewidth=0)
+    paths.legend()
+    save_picture(figure, path)
