@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from sssi_exudyn.api.arguments import (
-    AnyPath,
     OutFolder,
     Plugins,
     ProgressWanted,
@@ -27,7 +26,7 @@ def whatif(
     run: RecordingFolder,
     out: OutFolder | None = None,
     *,
-    changes: Annotated[Sequence[str] | Mapping[str, float], Option("--set", metavar="NAME=VALUE", read=str)] = (),
+    changes: Annotated[Sequence[str], Option("--set", metavar="NAME=VALUE")] = (),
     ski: str | None = None,
     keep: Keep = "path",
     reduced: bool = False,
@@ -51,7 +50,7 @@ def whatif(
 
     Examples
     --------
-    >>> answer = sssi_exudyn.whatif("results/beginner", changes={"friction.mu_t": 0.12})
+    >>> answer = sssi_exudyn.whatif("results/beginner", changes=["friction.mu_t=0.12"])
     >>> answer.seconds_lost
     """
     from pathlib import Path

@@ -43,16 +43,16 @@ _OF_CAPTURE: Final = ("heading_offset", "clock_offset", "f", "l")
 _MOST: Final = 50
 
 
-def read_changes(given: Sequence[str] | Mapping[str, float]) -> dict[str, float]:
-    """Read changed numbers, ``NAME=VALUE`` each or a mapping.  Raises InputError for anything else."""
-    pairs = list(given.items()) if isinstance(given, Mapping) else [text.partition("=")[::2] for text in given]
+def read_changes(given: Sequence[str]) -> dict[str, float]:
+    """Read changed numbers, ``NAME=VALUE`` each.  Raises InputError for anything else."""
+    pairs = [text.partition("=")[::2] for text in given]
     if len(pairs) > _MOST:
         raise InputError(_COMMAND, "--set", f"{len(pairs)} changes are too many", f"give {_MOST} at most")
     changes: dict[str, float] = {}
     for name, text in pairs:
         try:
             changes[name] = float(text)
-        except (TypeError, ValueError):
+        except ValueError:
             changes[name] = float("nan")
         if not np.isfinite(changes[name]):
             problem = f"{one_line(name)} is given no number"

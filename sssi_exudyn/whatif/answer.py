@@ -22,7 +22,7 @@ _IN_90: Final = 1.645
 _FAR: Final = 1.0
 """m off the recorded path beyond which the path is not kept: gates are further apart, but a ski's width is not."""
 _LEG: Final = 3.5
-"""Body weights on one leg; measured peaks in racing turns are 2 to 3 (Klous et al., J. Appl. Biomech. 28 (2012) 655)."""
+"""Body weights on one leg: chosen, above what a recorded run of a racer shows."""
 
 
 @dataclass(frozen=True)

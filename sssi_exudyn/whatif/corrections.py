@@ -52,19 +52,17 @@ _DEGREE: Final = float(np.radians(1.0))
 LEAN: Final = Correction(
     "lean", "rad", 5.0 * _DEGREE, 20.0 * _DEGREE,
     "lean of the whole body about the direction of the skis, positive to the right",
-    "scale: lean by which a skier balances on other skis (as simulate --balanced); limit: a third of the 60 degrees "
-    "that racers lean",
+    "chosen: scale, as simulate --balanced; limit, a third of the 60 degrees that racers lean",
 )  # fmt: skip
 FORE_AFT: Final = Correction(
     "fore_aft", "m", 0.04, 0.15,
     "place of the body over the feet, positive forward",
-    "limit: the pressure's centre stays within half of a boot sole of 0.30 m; scale: a quarter of that",
+    "limit: the pressure's centre stays within half of a boot sole of 0.30 m; scale: chosen, a quarter of it",
 )  # fmt: skip
 STEERING: Final = Correction(
     "steering", "rad", 4.0 * _DEGREE, 20.0 * _DEGREE,
     "turn of both feet by the legs, positive to the left",
-    "limit: half of the hip's rotation of 40 degrees (American Academy of Orthopaedic Surgeons, 1965); scale: a fifth "
-    "of that",
+    "chosen: limit, less than half of the hip's rotation of some 45 degrees; scale, a fifth of it",
 )  # fmt: skip
 PLOUGH: Final = Correction(
     "plough", "rad", 4.0 * _DEGREE, 20.0 * _DEGREE,
@@ -74,8 +72,7 @@ PLOUGH: Final = Correction(
 EDGING: Final = Correction(
     "edging", "rad", 3.0 * _DEGREE, 15.0 * _DEGREE,
     "roll of both feet under the body by knees and hips, positive to the right edge",
-    "limit: half of the hip's adduction of 30 degrees (American Academy of Orthopaedic Surgeons, 1965); scale: a fifth "
-    "of that",
+    "chosen: limit, half of the hip's adduction of some 30 degrees; scale, a fifth of it",
 )  # fmt: skip
 
 

@@ -48,8 +48,8 @@ class Pace:
         return np.asarray(self._back(np.clip(own, first, last)))
 
     def later(self, change: Array) -> CubicSpline:
-        """Return by how much own times grow (s) where g grows by ``change`` (n, …) at the pace's instants, as a function
-        of the recorded clock.
+        """Return, as a function of the recorded clock, the growth of own times (s) where g grows by ``change`` (n, …)
+        at the pace's instants.
         """
         slower = self.slowness.reshape((-1, *(1,) * (change.ndim - 1))) * change
         return CubicSpline(self.recorded, slower).antiderivative()
