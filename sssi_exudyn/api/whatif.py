@@ -18,7 +18,7 @@ from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.command_line import Option
 
 if TYPE_CHECKING:
-    from sssi_exudyn.whatif.answer import WhatIf
+    from sssi_exudyn.what_if.answer import WhatIf
 
 
 @checked

@@ -27,11 +27,11 @@ from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.sweeps.parameters import Parameter, parameters_of
-from sssi_exudyn.whatif.answer import WhatIf, answer_of, off_path, seconds_lost
-from sssi_exudyn.whatif.intent import SPEED
-from sssi_exudyn.whatif.question import Played, Question
-from sssi_exudyn.whatif.recorded_run import recorded_run
-from sssi_exudyn.whatif.solve import Solution, solve
+from sssi_exudyn.what_if.answer import WhatIf, answer_of, off_path, seconds_lost
+from sssi_exudyn.what_if.intent import SPEED
+from sssi_exudyn.what_if.question import Played, Question
+from sssi_exudyn.what_if.recorded_run import recorded_run
+from sssi_exudyn.what_if.solve import Solution, solve
 
 RECORDED: Final = "recorded"
 """Folder within an answer: the result of the recording's fit."""
@@ -113,7 +113,7 @@ def change_model(model: Model, changes: Mapping[str, float], ski: str | None) ->
     Raises InputError for unknown numbers and skis, and for values outside their bounds.
     """
     known = {**parameters_of(model.terms), _START_SPEED.name: _START_SPEED}
-    parts = {"friction", *(term.name for term in model.terms), "start"}
+    parts = {*(term.name for term in model.terms), "start"}
     known = {
         name: about
         for name, about in known.items()

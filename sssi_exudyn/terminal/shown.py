@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.results.day import Day
     from sssi_exudyn.season.season import Season
     from sssi_exudyn.terrain.profile import SurfaceFigures
-    from sssi_exudyn.whatif.answer import WhatIf
+    from sssi_exudyn.what_if.answer import WhatIf
 
 Show = Callable[[Any, argparse.Namespace], str]
 
@@ -98,7 +98,7 @@ def show_result(result: Result, options: argparse.Namespace) -> str:
 
 def show_whatif(answer: WhatIf, options: argparse.Namespace) -> str:
     """Show the answer of a what-if in a few lines."""
-    from sssi_exudyn.whatif.answer import lines_of
+    from sssi_exudyn.what_if.answer import lines_of
 
     return to_json(answer) if options.json else _lines([*lines_of(answer), f"folder: {options.out}"])
 

@@ -48,6 +48,7 @@ COMMAND_LINE_ONLY = {
 NAMED_OTHERWISE = {
     "terms": "--term",  # one flag a term
     "parameters": "--parameter",  # one flag a number
+    "changes": "--set",  # one flag a number
     "elevations": "--dem",
     "crs": "--dem-crs",
     "picture": "--out",  # every file or folder that a command writes

@@ -13,9 +13,9 @@ from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.results.summary import Provenance
-from sssi_exudyn.whatif.intent import MOMENT, PLACE, SETTLING, SPEED
-from sssi_exudyn.whatif.question import Played, Question, figures_tangents
-from sssi_exudyn.whatif.solve import Solution
+from sssi_exudyn.what_if.intent import MOMENT, PLACE, SETTLING, SPEED
+from sssi_exudyn.what_if.question import Played, Question, figures_tangents
+from sssi_exudyn.what_if.solve import Solution
 
 _IN_90: Final = 1.645
 """Standard deviations on either side of the mean that hold 90 % of a normal distribution."""

@@ -26,10 +26,10 @@ from sssi_exudyn.simulation.reduced.derivatives import TableChange
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
-from sssi_exudyn.whatif.corrections import Directions, Supports
-from sssi_exudyn.whatif.intent import FIGURES, INTENTS, MOMENT, SAMPLING, Intent, weights_of
-from sssi_exudyn.whatif.pace import Pace
-from sssi_exudyn.whatif.recorded_run import RecordedRun, nodes_of
+from sssi_exudyn.what_if.corrections import Directions, Supports
+from sssi_exudyn.what_if.intent import FIGURES, INTENTS, MOMENT, SAMPLING, Intent, weights_of
+from sssi_exudyn.what_if.pace import Pace
+from sssi_exudyn.what_if.recorded_run import RecordedRun, nodes_of
 
 STEP: Final = 0.01
 """s; steps of the reduced model, as in a fit."""

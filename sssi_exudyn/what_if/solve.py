@@ -10,13 +10,15 @@ import numpy as np
 from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.whatif.question import Played, Question
+from sssi_exudyn.what_if.question import Played, Question
 
 _ROUNDS: Final = 15
 _SETTLED: Final = 0.02
 """Scales of any unknown by which the last round moves at most."""
 _GAINED: Final = 1e-3
 """Share of ½|r|² below which a round gains nothing more."""
+_LITTLE: Final = 1.0
+"""½|r|² of which a share counts where it is less: a figure by its standard deviation."""
 _DAMPINGS: Final = (0.0, 0.3, 3.0, 30.0, 300.0, 3000.0)
 _KEPT: Final = 0.25
 """Share of the promised decrease with which a step is taken."""
@@ -60,12 +62,13 @@ def solve(question: Question, progress: Advance = silent) -> Solution:
         jacobian = question.jacobian(by_unknown)
         step, tried, value = _step(question, unknowns, residual, jacobian)
         if tried is None:
+            converged = not np.any(step)
             break
         gained, moved = cost - value, float(np.max(np.abs(step)))
         unknowns, played, cost = unknowns + step, tried, value
         residual = question.residual(unknowns, played)
         by_unknown = question.linearise(unknowns, played)
-        converged = moved < _SETTLED or gained < _GAINED * max(cost, 1.0)
+        converged = moved < _SETTLED or gained < _GAINED * max(cost, _LITTLE)
         progress(None, f"round {rounds}: moved by {moved:.2f} scales, misfit {cost:.1f}")
     return Solution(question, unknowns, first, played, by_unknown, cost, rounds, converged)
 
@@ -75,14 +78,16 @@ def _half_square(residual: Array) -> float:
 
 
 def _step(question: Question, unknowns: Array, residual: Array, jacobian: Array) -> tuple[Array, Played | None, float]:
-    """Return the step, the run after it, and ½|r|² there; no run where no step lessens it."""
+    """Return the step, the run after it, and ½|r|² there.  There is no run where no step lessens it, and no step where
+    the best one promises nothing.
+    """
     cost = _half_square(residual)
     curvature, slope = jacobian.T @ jacobian, jacobian.T @ residual
     for damping in _DAMPINGS:
         step = -np.linalg.solve(curvature + damping * np.eye(len(slope)), slope)
         promised = -float(slope @ step + 0.5 * step @ curvature @ step)
-        if promised < _GAINED * 1e-3:
-            break
+        if promised < _GAINED * max(cost, _LITTLE):
+            return np.zeros(len(slope)), None, cost
         try:
             played = question.play(unknowns + step)
         except SimulationDiverged:
@@ -90,4 +95,4 @@ def _step(question: Question, unknowns: Array, residual: Array, jacobian: Array)
         value = _half_square(question.residual(unknowns + step, played))
         if cost - value > _KEPT * promised:
             return step, played, value
-    return np.zeros(len(slope)), None, cost
+    return step, None, cost

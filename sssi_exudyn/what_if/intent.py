@@ -14,7 +14,7 @@ import numpy as np
 
 from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.whatif.corrections import EDGING, FORE_AFT, LEAN, PLOUGH, STEERING, Correction
+from sssi_exudyn.what_if.corrections import EDGING, FORE_AFT, LEAN, PLOUGH, STEERING, Correction
 
 PLACE, MOMENT, EDGE, SPEED = slice(0, 2), slice(2, 5), slice(5, 7), slice(7, 8)
 FIGURES: Final = 8

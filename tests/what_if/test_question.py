@@ -1,0 +1,90 @@
+"""A skier who reacts: nothing changed gives the recorded run, more friction costs time and the path is kept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from bundled import bundled
+
+from sssi_exudyn.core.choices import KEEPS, Keep
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.motion.motion import spline_motion
+from sssi_exudyn.what_if.answer import departures, off_path, seconds_lost, seconds_per_number
+from sssi_exudyn.what_if.pace import Pace
+from sssi_exudyn.what_if.question import Question
+from sssi_exudyn.what_if.recorded_run import RecordedRun, nodes_of
+from sssi_exudyn.what_if.solve import Solution, solve
+
+STOP = 3.0
+MU_T = "friction.mu_t"
+
+
+@cache
+def recorded() -> RecordedRun:
+    recording, motion = bundled("beginner")
+    nodes = nodes_of(motion.start, motion.start + STOP)
+    short = spline_motion(motion.geometry, motion.inclination, nodes, motion.evaluate(nodes)[0])
+    return RecordedRun(replace(model_of(recording, motion), sensors=()), short)
+
+
+@cache
+def asked(change: float, keep: Keep) -> Solution:
+    model = recorded().model
+    return solve(Question(recorded(), model.with_values({MU_T: model.value(MU_T) + change}), keep))
+
+
+@pytest.mark.parametrize("keep", KEEPS)
+def test_nothing_changed_gives_the_recorded_run(keep: Keep) -> None:
+    solution = solve(Question(recorded(), recorded().model, keep))
+    assert solution.converged
+    assert not np.any(solution.unknowns)
+    np.testing.assert_array_equal(solution.played.run.com, solution.question.as_recorded.run.com)
+
+
+@pytest.mark.long(seconds=4)
+def test_more_friction_costs_time_on_the_recorded_path() -> None:
+    kept, moved = asked(0.02, "path"), asked(0.02, "movement")
+    off = [float(np.max(np.abs(off_path(solution.question, solution.played)))) for solution in (kept, moved)]
+    assert kept.converged
+    assert off[0] < off[1]
+    assert seconds_lost(kept.question, kept.played)[-1] > 0.01
+    assert all(part.limit is not None and part.largest < part.limit for part in departures(kept)[0])
+
+
+@pytest.mark.long(seconds=4)
+def test_the_derivative_of_time_is_that_of_two_answers() -> None:
+    solution = asked(0.005, "path")
+    model = recorded().model
+    slope = seconds_per_number(solution, (MU_T,), frozenset({MU_T}))[MU_T]
+    # the recorded run's friction lowers what is lost by as much as the asked one's raises it, to first order
+    lost = seconds_lost(solution.question, solution.played)[-1]
+    assert model.value(MU_T) > 0.0
+    assert -slope * 0.005 == pytest.approx(lost, rel=0.3)  # curvature of the answer over half a step, and of the gate
+
+
+@pytest.mark.long(seconds=3)
+def test_figures_are_linearised() -> None:
+    question = Question(recorded(), recorded().model, "path")
+    unknowns = np.full(question.size, 0.05)
+    played = question.play(unknowns)
+    derivatives = question.linearise(unknowns, played)
+    for index in (3, question.supports.count + 3, 2 * question.supports.count + 3, question.size - 3):
+        step = 0.01 * np.eye(question.size)[index]
+        either = [question.play(unknowns + way * step).figures[:, :2] for way in (1.0, -1.0)]
+        difference = (either[0] - either[1]) / 0.02
+        # tables of a moved posture are differentiated to first order in time steps of 10 ms
+        np.testing.assert_allclose(
+            derivatives[:, :2, index], difference, atol=0.03 * float(np.max(np.abs(difference))) + 1e-4
+        )
+
+
+def test_time_goes_on_at_any_pace() -> None:
+    clock = np.linspace(1.0, 4.0, 301)
+    pace = Pace(clock, np.exp(np.sin(clock)))
+    own = pace.own(clock)
+    assert np.all(np.diff(own) > 0.0)
+    assert own[0] == 1.0
+    np.testing.assert_allclose(pace.back(own), clock, atol=1e-6)  # a cubic through points 10 ms apart
