@@ -44,7 +44,7 @@ class Correction:
 
     @property
     def in_files(self) -> tuple[str, float]:
-        """The unit in files, and the factor from SI to it."""
+        """Return the unit in files, and the factor from SI to it."""
         return ("deg", float(np.degrees(1.0))) if self.unit == "rad" else (self.unit, 1.0)
 
 

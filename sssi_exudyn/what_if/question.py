@@ -106,7 +106,7 @@ class Question:
 
     @property
     def intent(self) -> Intent:
-        """What the skier keeps."""
+        """Return what the skier keeps."""
         return INTENTS[self.keep]
 
     @property
@@ -130,7 +130,7 @@ class Question:
     def added(self, unknowns: Array) -> Array:
         """Return the angles (nodes, 28) rad that the corrections add to the recorded ones."""
         amounts = self.amounts(unknowns, self.nodes)
-        return np.einsum("nc,cnk->nk", amounts, self._directions.at(self.nodes))
+        return np.asarray(np.einsum("nc,cnk->nk", amounts, self._directions.at(self.nodes)))
 
     def pace(self, unknowns: Array) -> Pace:
         """Return the pace."""
@@ -164,7 +164,8 @@ class Question:
 
     def weighed(self, derivatives: Array) -> Array:
         """Return W times derivatives (n, ``FIGURES``, k) of the figures."""
-        return np.einsum("nrj,njk->nrk", self.weights, derivatives).reshape(-1, derivatives.shape[-1])
+        rows = np.einsum("nrj,njk->nrk", self.weights, derivatives)
+        return np.asarray(rows.reshape(-1, derivatives.shape[-1]))
 
     def linearise(self, unknowns: Array, played: Played) -> Array:
         """Return the derivatives (n, ``FIGURES``, size) of the figures at the samples by the unknowns."""

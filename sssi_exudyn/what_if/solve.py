@@ -44,7 +44,7 @@ class Solution:
 
     @property
     def jacobian(self) -> Array:
-        """dr/du at the end."""
+        """Return dr/du at the end."""
         return self.question.jacobian(self.by_unknown)
 
 
@@ -79,14 +79,14 @@ def _half_square(residual: Array) -> float:
 
 def _step(question: Question, unknowns: Array, residual: Array, jacobian: Array) -> tuple[Array, Played | None, float]:
     """Return the step, the run after it, and ½|r|² there.  There is no run where no step lessens it, and no step where
-    the best one promises nothing.
+    the undamped one promises nothing.
     """
     cost = _half_square(residual)
     curvature, slope = jacobian.T @ jacobian, jacobian.T @ residual
     for damping in _DAMPINGS:
-        step = -np.linalg.solve(curvature + damping * np.eye(len(slope)), slope)
+        step = np.asarray(-np.linalg.solve(curvature + damping * np.eye(len(slope)), slope), dtype=np.float64)
         promised = -float(slope @ step + 0.5 * step @ curvature @ step)
-        if promised < _GAINED * max(cost, _LITTLE):
+        if damping == 0.0 and promised < _GAINED * max(cost, _LITTLE):
             return np.zeros(len(slope)), None, cost
         try:
             played = question.play(unknowns + step)
