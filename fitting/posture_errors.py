@@ -88,7 +88,7 @@ class Responses:
 
     def change(self, shape: Array) -> TableChange:
         """Return the tables of a posture that is other by a size times ``shape`` (n,) of the unit at all instants."""
-        return TableChange(lambda tables, size: _moved_tables(self, shape, tables, size))
+        return TableChange(partial(_moved_tables, self, shape))
 
 
 class PostureErrors:
