@@ -14,6 +14,7 @@ from sssi_exudyn.bodies.ski.ski import ski_named
 from sssi_exudyn.commands.runs import choose_model, fit_recording, lock_of, open_recording
 from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import did_you_mean, one_line
 from sssi_exudyn.io.typed import convert
 from sssi_exudyn.io.writing import to_json, write_atomically
@@ -88,7 +89,7 @@ def ask(
         named: dict[str, str | float] = {**changes, **({} if ski is None else {"ski": asked.ski.name})}
         settings = {"command": "whatif", "keep": keep, "changes": named, **({"reduced": True} if reduced else {})}
         origin = convert(provenance(stored.summary.provenance.inputs, settings, seed=None), Provenance)
-        answer = answer_of(solution, stored.name, named, _errors(stored, recorded.model), ends, origin)
+        answer = answer_of(solution, stored.name, named, _covariance(stored, recorded.model), ends, origin)
         if out is not None:
             _write(out, answer, solution)
         return answer
@@ -148,18 +149,23 @@ def _changed(model: Model, name: str, value: float) -> Model:
     return model.with_values({name.removesuffix("_deg"): value})
 
 
-def _errors(stored: StoredRun, model: Model) -> dict[str, float]:
-    """Return standard errors of the fitted numbers that act on the run."""
-    errors: dict[str, float] = {}
-    for name, estimate in (stored.summary.fit.parameters or {}).items():
+def _covariance(stored: StoredRun, model: Model) -> tuple[tuple[str, ...], Array]:
+    """Return the names (k,) of the fitted numbers that act on the run, and their covariance (k, k)."""
+    fit = stored.summary.fit
+    every = list((fit.parameters or {}).items())
+    errors, kept = np.zeros(len(every)), []
+    for i, (name, estimate) in enumerate(every):
         if estimate.se is None or name.startswith("start.clock"):
             continue
         try:
             model.value(name)
         except InputError:  # a fault of an instrument, which a what-if leaves out
             continue
-        errors[name] = estimate.se
-    return errors
+        errors[i] = estimate.se
+        kept.append(i)
+    correlation = np.eye(len(every)) if fit.correlation is None else np.array(fit.correlation, dtype=np.float64)
+    covariance = correlation * np.outer(errors, errors)
+    return tuple(every[i][0] for i in kept), covariance[np.ix_(kept, kept)]
 
 
 def _full_end(played: Played) -> float:

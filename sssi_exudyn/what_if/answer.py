@@ -68,7 +68,7 @@ class WhatIf:
     """The answer.
 
     seconds_lost : at the end of the recorded path; null where the run does not come there
-    seconds_low, seconds_high : 90 % interval from the standard errors of the fit
+    seconds_low, seconds_high : 90 % interval from the covariance of the fit
     seconds_per_unit : its derivative by each number of the model, in the number's unit
     moment_unchanged_Nm : residual moment (rms) of the recorded movement on the asked model
     full_end_m, recorded_full_end_m : distance of the full model's centre of mass from the reduced one's at the end, of
@@ -104,16 +104,22 @@ def answer_of(
     solution: Solution,
     recording: str,
     changes: Mapping[str, str | float],
-    errors: Mapping[str, float],
+    fitted: tuple[tuple[str, ...], Array],
     ends: tuple[float | None, float | None],
     provenance: Provenance,
 ) -> WhatIf:
-    """Return the answer; ``errors`` are standard errors of the recorded model's numbers, ``ends`` as in ``WhatIf``."""
+    """Return the answer.
+
+    fitted : names (k,) of the recorded model's fitted numbers, and their covariance (k, k)
+    ends : ``full_end_m`` and ``recorded_full_end_m`` of ``WhatIf``
+    """
     question, played = solution.question, solution.played
     reference, off = question.as_recorded, off_path(question, played)
     lost = seconds_lost(question, played)
-    slopes = seconds_per_number(solution, tuple(errors), frozenset(changes)) if np.isfinite(lost[-1]) else {}
-    spread = _IN_90 * float(np.sqrt(sum((slopes[name] * errors[name]) ** 2 for name in slopes)))
+    names, covariance = fitted
+    slopes = seconds_per_number(solution, names, frozenset(changes)) if np.isfinite(lost[-1]) else {}
+    by_number = np.array([slopes.get(name, 0.0) for name in names])
+    spread = _IN_90 * float(np.sqrt(by_number @ covariance @ by_number))
     corrections, joints = departures(solution)
     asked, recorded = run_figures(played), run_figures(reference)
     reasons = _reasons(solution, corrections, asked, off)
