@@ -19,8 +19,8 @@ from sssi_exudyn.validation.diagnosis.search.missing_force import DIRECTIONS, la
 from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
 from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry
 
-_AT_ONCE: Final = 1000
-"""Worlds of which features are computed together: a few hundred megabytes."""
+_AT_ONCE: Final = 250
+"""Worlds of which features are computed together: some hundred megabytes."""
 _FORMS: Final = (0.25, 0.5)
 """Shares of its force by which a law's form may be wrong, each a feature next to that of the exact form."""
 _FORM_MEMORY: Final = 1.0
