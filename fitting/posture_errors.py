@@ -40,7 +40,7 @@ _BENT: Final = np.radians(5.0)
 _SPACING: Final = 1.5
 """s between the supports of an error that wanders."""
 _FURTHER: Final = 3
-"""Instants about an error's support that its second derivative by differences still changes, and one more."""
+"""Instants about those at which a posture is other that second derivatives by differences change, and one more."""
 _MOST: Final = 24
 """Supports at most, however long the run."""
 _GRID: Final = 0.05
@@ -88,7 +88,10 @@ class Responses:
 
     def change(self, shape: Array) -> TableChange:
         """Return the tables of a posture that is other by a size times ``shape`` (n,) of the unit at all instants."""
-        return TableChange(partial(_moved_tables, self, shape))
+        acting = np.flatnonzero(shape)
+        first, last = (int(acting[0]), int(acting[-1])) if len(acting) else (0, 0)
+        rows = slice(max(0, first - _FURTHER), last + 1 + _FURTHER)
+        return TableChange(partial(_moved_tables, self.part(rows), shape[rows]), rows.start, rows.stop)
 
 
 class PostureErrors:
@@ -109,22 +112,7 @@ class PostureErrors:
 
     def change(self, error: PostureError) -> TableChange:
         """Return the tables that are wrong by a size (standard deviations)."""
-        apply = partial(self._changed, error)
-        if error.support < 0:
-            return TableChange(apply)
-        begin, end = self._knots[[error.support, error.support + 4]]
-        first, stop = np.searchsorted(self.time, [begin, end])
-        # the last spline goes on where tables end after the motion does
-        return TableChange(
-            apply, max(0, int(first) - _FURTHER), None if end > self._knots[-5] else int(stop) + _FURTHER
-        )
-
-    def _changed(self, error: PostureError, tables: Prepared, size: complex) -> Prepared:
-        """Return tables, of all instants or of consecutive ones, that are wrong by a size."""
-        first = int(np.searchsorted(self.time, tables.time[0]))
-        rows = slice(first, first + len(tables.time))
-        shape = error.sigma * self.profile(error, tables.time)
-        return _moved_tables(self._responses[error.kind, error.side].part(rows), shape, tables, size)
+        return self._responses[error.kind, error.side].change(error.sigma * self.profile(error, self.time))
 
     def angles(self, sizes: Array) -> Array:
         """Return the angles (n, 28) rad of all errors together at the tables' instants, ``sizes`` (errors,) in standard

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from bundled import bundled
 
-from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors, grown, supports
+from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors, PostureMap, angles_of, grown, supports
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
@@ -133,12 +133,14 @@ def test_a_run_of_any_length_has_the_supports_that_are_counted() -> None:
 
 @pytest.mark.parametrize("support", [0, -1])
 def test_outside_its_instants_an_error_changes_nothing(support: int) -> None:
-    _, _, prepared = example()
+    model, motion, prepared = example()
+    moving = PostureMap(Parts(model, motion), prepared.time)
+    responses = moving.responses(angles_of("roll", 1, moving.posture))
     error = PostureError("roll", 1, support, ONE)
-    errors = errors_about_example(error)
-    change = errors.change(error)
+    shape = error.sigma * errors_about_example(error).profile(error, prepared.time)
+    change, everywhere = responses.change(shape), responses.change(shape + 1e-300)
     rows = slice(change.first, change.stop)
-    whole, part = change.apply(prepared, 1.0), change.apply(prepared.part(rows), 1.0)
+    part, whole = change.apply(prepared.part(rows), 1.0), everywhere.apply(prepared, 1.0)
     inside = np.zeros(len(prepared.time), dtype=bool)
     inside[rows] = True
     assert inside.all() == (support < 0)

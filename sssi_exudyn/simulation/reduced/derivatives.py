@@ -79,8 +79,8 @@ _START: Final = {START_F: 0, START_L: 1, VELOCITY_F: 2, VELOCITY_L: 3}
 class TableChange:
     """The tables of a capture that is other by a size.
 
-    apply : a formula that NumPy continues to complex sizes, over tables of all instants or of consecutive ones
-    first, stop : instants outside which it changes nothing; None for the last
+    apply : a formula that NumPy continues to complex sizes, over tables of the instants from ``first`` to ``stop``
+    first, stop : instants outside which nothing changes; None for the last
     """
 
     apply: Callable[[Prepared, complex], Prepared]
