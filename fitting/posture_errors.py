@@ -166,11 +166,17 @@ def grown(correction: PostureCorrection | None, time: Array, angles: Array) -> P
     return PostureCorrection(grid, more)
 
 
-def _knots(start: float, stop: float) -> Array:
-    """Return the knots of cubic B-splines that together follow whatever changes over ``_SPACING``."""
-    intervals = int(np.clip(round((stop - start) / _SPACING), 1, _MOST - 3))
+def spline_knots(start: float, stop: float, spacing: float, most: int) -> Array:
+    """Return the knots of cubic B-splines that together follow whatever changes over ``spacing`` (s), from ``start`` to
+    ``stop`` (s); of ``most`` splines at most.
+    """
+    intervals = int(np.clip(round((stop - start) / spacing), 1, most - 3))
     step = (stop - start) / intervals
     return np.asarray(start + step * np.arange(-3, intervals + 4), dtype=np.float64)
+
+
+def _knots(start: float, stop: float) -> Array:
+    return spline_knots(start, stop, _SPACING, _MOST)
 
 
 class PostureMap:

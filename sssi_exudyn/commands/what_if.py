@@ -170,24 +170,25 @@ def _covariance(stored: StoredRun, model: Model) -> tuple[tuple[str, ...], Array
 
 def _full_end(played: Played) -> float:
     """Return how far (m) the full model's centre of mass is from the reduced one's at the end."""
-    model = replace(played.model, solver=PRESETS["fast"])
-    result = simulate(model, played.motion)
+    result = simulate(replace(played.model, solver=PRESETS["fast"]), played.motion)
     end = min(float(result.time[-1]), float(played.times[-1]))
-    full, own = (
-        np.array([np.interp(end, time, com[:, i]) for i in range(2)])
-        for time, com in ((result.time, result.com), (played.run.time, played.run.com))
-    )
-    return float(np.linalg.norm(full - own))
+    return _apart(end, (result.time, result.com), played)
 
 
 def _recorded_end(stored: StoredRun, question: Question) -> float:
     """Return the same of the recorded run, whose full model the result holds."""
-    run, end = question.as_recorded.run, float(question.samples[-1])
-    full, own = (
+    return _apart(float(question.samples[-1]), (stored.time, stored.com), question.as_recorded)
+
+
+def _apart(end: float, full: tuple[Array, Array], played: Played) -> float:
+    """Return how far (m) along the slope a full model's times and places of the centre of mass are from a reduced
+    run's at ``end`` (s).
+    """
+    ends = (
         np.array([np.interp(end, time, com[:, i]) for i in range(2)])
-        for time, com in ((stored.time, stored.com), (run.time, run.com))
+        for time, com in (full, (played.run.time, played.run.com))
     )
-    return float(np.linalg.norm(full - own))
+    return float(np.linalg.norm(np.subtract(*ends)))
 
 
 def _write(out: Path, answer: WhatIf, solution: Solution) -> None:

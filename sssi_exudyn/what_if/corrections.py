@@ -15,7 +15,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.posture_errors import PostureMap, angles_of, level_axes
+from sssi_exudyn.fitting.posture_errors import PostureMap, angles_of, level_axes, spline_knots
 from sssi_exudyn.simulation.posture_table import PostureTable
 
 SPACING: Final = 0.75
@@ -112,10 +112,8 @@ class Supports:
     """Cubic B-splines over the recorded clock, which follow whatever changes over ``SPACING``."""
 
     def __init__(self, start: float, stop: float) -> None:
-        intervals = int(np.clip(round((stop - start) / SPACING), 1, _MOST - 3))
-        step = (stop - start) / intervals
-        self.knots = start + step * np.arange(-3, intervals + 4, dtype=np.float64)
-        self.count = intervals + 3
+        self.knots = spline_knots(start, stop, SPACING, _MOST)
+        self.count = len(self.knots) - 4
 
     def at(self, recorded: Array) -> Array:
         """Return the splines (n, k) at instants (n,) of the recorded clock (s), as at the ends beyond them."""
