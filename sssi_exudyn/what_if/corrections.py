@@ -33,6 +33,7 @@ class Correction:
     scale : of a size that is usual among runs of one skier;  limit : largest size that counts as skiable
     meaning : with the direction of positive sizes
     source : of scale and limit
+    feet : kind of the feet's errors that make it, and their signs left and right; None where the whole body leans
     """
 
     name: str
@@ -41,6 +42,7 @@ class Correction:
     limit: float
     meaning: str
     source: str
+    feet: tuple[str, float, float] | None = None
 
     @property
     def in_files(self) -> tuple[str, float]:
@@ -58,34 +60,33 @@ FORE_AFT: Final = Correction(
     "fore_aft", "m", 0.04, 0.15,
     "place of the body over the feet, positive forward",
     "limit: the pressure's centre stays within half of a boot sole of 0.30 m; scale: chosen, a quarter of it",
+    ("forward", -1.0, -1.0),
 )  # fmt: skip
 STEERING: Final = Correction(
     "steering", "rad", 4.0 * _DEGREE, 20.0 * _DEGREE,
     "turn of both feet by the legs, positive to the left",
     "chosen: limit, less than half of the hip's rotation of some 45 degrees; scale, a fifth of it",
+    ("yaw", 1.0, 1.0),
 )  # fmt: skip
 PLOUGH: Final = Correction(
     "plough", "rad", 4.0 * _DEGREE, 20.0 * _DEGREE,
     "turn of the feet against each other by the legs, positive with the tips together",
     "as steering",
+    ("yaw", -1.0, 1.0),
 )  # fmt: skip
 EDGING: Final = Correction(
     "edging", "rad", 3.0 * _DEGREE, 15.0 * _DEGREE,
     "roll of both feet under the body by knees and hips, positive to the right edge",
     "chosen: limit, half of the hip's adduction of some 30 degrees; scale, a fifth of it",
+    ("roll", 1.0, 1.0),
 )  # fmt: skip
 
 
 def direction(correction: Correction, posture: PostureTable) -> Array:
     """Return the angles (n, 28) that a unit of the correction adds to a posture."""
-    if correction is LEAN:
+    if correction.feet is None:
         return _lean(posture)
-    kind, signs = {
-        FORE_AFT.name: ("forward", (-1.0, -1.0)),
-        STEERING.name: ("yaw", (1.0, 1.0)),
-        PLOUGH.name: ("yaw", (-1.0, 1.0)),
-        EDGING.name: ("roll", (1.0, 1.0)),
-    }[correction.name]
+    kind, *signs = correction.feet
     left, right = (sign * angles_of(kind, side, posture) for side, sign in enumerate(signs))
     return np.asarray(left + right)
 
