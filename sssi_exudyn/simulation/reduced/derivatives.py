@@ -68,8 +68,6 @@ from sssi_exudyn.terrain.surface import PATCH, Surface
 _TABLES: Final = 300_000
 """Numbers that change the posture's tables in one pass, times instants: each takes 1 kB of memory an instant, and
 larger arrays cost more to be had than they save."""
-_CARVED_TABLES: Final = 250_000
-"""The same on snow that edges cut, where a pass takes the time of 50 numbers."""
 _LEAST: Final = 24
 """Of them in a pass that is worth its run."""
 _START: Final = {START_F: 0, START_L: 1, VELOCITY_F: 2, VELOCITY_L: 3}
@@ -119,7 +117,7 @@ def run_tangents(
     tabular += range(len(numbers), len(makers))
     plain = [i for i in range(len(makers)) if i not in tabular]
     carved = is_carved(model.terms)
-    most = max(1, (_CARVED_TABLES if carved else _TABLES) // len(prepared.time))
+    most = max(1, _TABLES // len(prepared.time))
     count = cores_used(None) * ceil(len(tabular) / (most * cores_used(None)))  # as many on each core
     count = min(count, ceil(len(tabular) / _LEAST))
     groups = [group for group in (tabular[i::count] for i in range(count)) if group] or [[]]
