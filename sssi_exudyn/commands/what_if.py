@@ -10,12 +10,11 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from sssi_exudyn.bodies.ski.ski import ski_named
 from sssi_exudyn.commands.runs import choose_model, fit_recording, lock_of, open_recording
 from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.text import did_you_mean, one_line
+from sssi_exudyn.core.text import one_line
 from sssi_exudyn.io.typed import convert
 from sssi_exudyn.io.writing import to_json, write_atomically
 from sssi_exudyn.model.model import PRESETS, Model
@@ -27,7 +26,7 @@ from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.simulation.full.run import simulate
-from sssi_exudyn.sweeps.parameters import Parameter, parameters_of
+from sssi_exudyn.sweeps.asked_model import COMMAND, change_model
 from sssi_exudyn.what_if.answer import WhatIf, answer_of, off_path, seconds_lost
 from sssi_exudyn.what_if.intent import SPEED
 from sssi_exudyn.what_if.question import Played, Question
@@ -37,10 +36,6 @@ from sssi_exudyn.what_if.solve import Solution, solve
 RECORDED: Final = "recorded"
 """Folder within an answer: the result of the recording's fit."""
 ANSWER: Final = "whatif.json"
-_COMMAND: Final = "sssi whatif"
-_START_SPEED: Final = Parameter("start.speed", "m/s", 0.5, 50.0, "speed along the slope at the start")
-_SHAPES: Final = ("skier.mass", "slope.inclination_deg")
-_OF_CAPTURE: Final = ("heading_offset", "clock_offset", "f", "l")
 _MOST: Final = 50
 
 
@@ -48,7 +43,7 @@ def read_changes(given: Sequence[str]) -> dict[str, float]:
     """Read changed numbers, ``NAME=VALUE`` each.  Raises InputError for anything else."""
     pairs = [text.partition("=")[::2] for text in given]
     if len(pairs) > _MOST:
-        raise InputError(_COMMAND, "--set", f"{len(pairs)} changes are too many", f"give {_MOST} at most")
+        raise InputError(COMMAND, "--set", f"{len(pairs)} changes are too many", f"give {_MOST} at most")
     changes: dict[str, float] = {}
     for name, text in pairs:
         try:
@@ -57,7 +52,7 @@ def read_changes(given: Sequence[str]) -> dict[str, float]:
             changes[name] = float("nan")
         if not np.isfinite(changes[name]):
             problem = f"{one_line(name)} is given no number"
-            raise InputError(_COMMAND, "--set", problem, "write NAME=VALUE, such as friction.mu_t=0.12")
+            raise InputError(COMMAND, "--set", problem, "write NAME=VALUE, such as friction.mu_t=0.12")
     return changes
 
 
@@ -104,49 +99,6 @@ def _stored(folder: Path, out: Path | None, progress: Progress) -> StoredRun:
     with open_recording(folder, None if out is None else out / RECORDED, progress) as work:
         chosen = choose_model(work, None, (), "paper", None)
         return fit_recording(work, chosen, method="joint", parameters=()).run
-
-
-def change_model(model: Model, changes: Mapping[str, float], ski: str | None) -> Model:
-    """Return the model that is asked about.
-
-    A steeper slope turns gravity alone: posture and path stay as they are relative to the snow.
-
-    Raises InputError for unknown numbers and skis, and for values outside their bounds.
-    """
-    known = {**parameters_of(model.terms), _START_SPEED.name: _START_SPEED}
-    parts = {*(term.name for term in model.terms), "start"}
-    known = {
-        name: about
-        for name, about in known.items()
-        if (name in _SHAPES or name.partition(".")[0] in parts)
-        and not (name.startswith("start.") and name.partition(".")[2].removesuffix("_deg") in _OF_CAPTURE)
-    }
-    for name, value in changes.items():
-        if name not in known:
-            raise InputError(_COMMAND, "--set", f"no number is called {one_line(name)!r}", did_you_mean(name, known))
-        about = known[name]
-        if not about.low <= value <= about.high:
-            problem = f"{name} = {value:g} is outside {about.low:g} to {about.high:g} {about.unit}"
-            raise InputError(_COMMAND, "--set", problem, "give a value within")
-        model = _changed(model, name, value * about.factor)
-    if ski is None:
-        return model
-    other = ski_named(ski, Path(), _COMMAND, "--ski")
-    return replace(model, ski=other)
-
-
-def _changed(model: Model, name: str, value: float) -> Model:
-    if name == "skier.mass":
-        return replace(model, skier=replace(model.skier, mass=value))
-    if name == "slope.inclination_deg":
-        return replace(model, inclination=value)
-    if name == _START_SPEED.name:
-        start = model.start
-        factor = value / float(np.hypot(start.velocity_f, start.velocity_l))
-        return replace(
-            model, start=replace(start, velocity_f=factor * start.velocity_f, velocity_l=factor * start.velocity_l)
-        )
-    return model.with_values({name.removesuffix("_deg"): value})
 
 
 def _covariance(stored: StoredRun, model: Model) -> tuple[tuple[str, ...], Array]:

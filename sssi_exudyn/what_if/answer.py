@@ -139,7 +139,7 @@ def answer_of(
         off_path_largest_m=float(np.max(np.abs(off))),
         corrections=corrections,
         joints=joints,
-        moment_unchanged_Nm=_moment_rms(solution.first),
+        moment_unchanged_Nm=_moment_rms(question.unchanged),
         recorded=recorded,
         asked=asked,
         turns=_turns(question, played, lost),

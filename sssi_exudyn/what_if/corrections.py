@@ -57,9 +57,9 @@ LEAN: Final = Correction(
     "chosen: scale, as simulate --balanced; limit, a third of the 60 degrees that racers lean",
 )  # fmt: skip
 FORE_AFT: Final = Correction(
-    "fore_aft", "m", 0.04, 0.15,
+    "fore_aft", "m", 0.04, 0.16,
     "place of the body over the feet, positive forward",
-    "limit: the pressure's centre stays within half of a boot sole of 0.30 m; scale: chosen, a quarter of it",
+    "limit: the pressure's centre stays within half of a boot sole of 0.32 m; scale: chosen, a quarter of it",
     ("forward", -1.0, -1.0),
 )  # fmt: skip
 STEERING: Final = Correction(
@@ -110,16 +110,21 @@ def _lean(posture: PostureTable) -> Array:
 
 
 class Supports:
-    """Cubic B-splines over the recorded clock, which follow whatever changes over ``SPACING``."""
+    """Cubic B-splines over the recorded clock from ``start`` to ``stop`` (s), which follow whatever changes over
+    ``SPACING`` and are zero before ``begin`` (s).  Where that leaves none, the last one stays.
+    """
 
-    def __init__(self, start: float, stop: float) -> None:
+    def __init__(self, start: float, stop: float, begin: float) -> None:
         self.knots = spline_knots(start, stop, SPACING, _MOST)
-        self.count = len(self.knots) - 4
+        every = len(self.knots) - 4
+        first = 0 if begin <= start else min(int(np.searchsorted(self.knots, begin)), every - 1)
+        self._coefficients = np.eye(every)[:, first:]
+        self.count = every - first
 
     def at(self, recorded: Array) -> Array:
         """Return the splines (n, k) at instants (n,) of the recorded clock (s), as at the ends beyond them."""
         inside = np.clip(recorded, self.knots[3], self.knots[-4])
-        return np.asarray(BSpline(self.knots, np.eye(self.count), 3)(inside))
+        return np.asarray(BSpline(self.knots, self._coefficients, 3)(inside))
 
 
 class Directions:

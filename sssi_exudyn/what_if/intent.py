@@ -24,7 +24,10 @@ SAMPLING: Final = 0.1
 ALONG_SIGMA: Final = 0.01
 """m along the path by which place and pace may disagree: they are one and the same."""
 PATH_SIGMA: Final = 0.25
-"""m across the path; ruts at gates are some decimetres wide."""
+"""m across the path: chosen, half of the distance between a skier's feet.  How closely skiers repeat a path has no
+source here, so the answer says what a stricter one takes."""
+STRICT_PATH_SIGMA: Final = 0.1
+"""m across the path of a stricter skier: chosen, the width of a ski."""
 MOMENT_SIGMA: Final = 20.0
 """N m by which the residual moment may differ from the recorded run's: as much is usual in a balanced run
 (``[uncertainty] residual_moment_Nm``)."""
@@ -32,6 +35,11 @@ EDGE_SIGMA: Final = float(np.radians(1.0))
 """rad; captures see edge angles no better."""
 SPEED_SIGMA: Final = 0.1
 """m/s; noise of a receiver's speed."""
+LOOK_AHEAD: Final = 1.5
+"""s before a change is met at which the skier may begin to react to it: riders in a slalom look at the next gate once
+the nearest is 1.5 s away (Wilkie, Wann, Allison, J. Exp. Psychol. Hum. Percept. Perform. 34 (2008) 1150)."""
+NOTICED: Final = 0.1
+"""Standard deviations of what is kept by which a run differs where the change is met."""
 SETTLING: Final = 0.3
 """s at both ends in which moments are not weighed: the skier settles, and splines end."""
 _BODY: Final = (LEAN, FORE_AFT)
@@ -58,10 +66,10 @@ INTENTS: Final[Mapping[Keep, Intent]] = {
 }
 
 
-def weights_of(keep: Keep, samples: Array, way: Array) -> Array:
+def weights_of(keep: Keep, samples: Array, way: Array, path_sigma: float = PATH_SIGMA) -> Array:
     """Return the weights (n, r, ``FIGURES``) of differences at ``samples`` (n,) s of the recorded clock.
 
-    way : (n, 2) directions of the recorded path
+    way : (n, 2) directions of the recorded path;  path_sigma : m across it
     """
     inner = (samples >= samples[0] + SETTLING) & (samples <= samples[-1] - SETTLING)
     moments = np.zeros((len(samples), 3, FIGURES))
@@ -69,7 +77,7 @@ def weights_of(keep: Keep, samples: Array, way: Array) -> Array:
     kept = np.zeros((len(samples), 2, FIGURES))
     if keep == "path":
         kept[:, 0, PLACE] = way / ALONG_SIGMA
-        kept[:, 1, PLACE] = np.column_stack([-way[:, 1], way[:, 0]]) / PATH_SIGMA
+        kept[:, 1, PLACE] = np.column_stack([-way[:, 1], way[:, 0]]) / path_sigma
     elif keep == "rhythm":
         kept[:, range(2), range(EDGE.start, EDGE.stop)] = 1.0 / EDGE_SIGMA
     elif keep == "speed":

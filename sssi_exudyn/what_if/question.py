@@ -8,6 +8,7 @@ The unknowns u are amplitudes of B-splines over the recorded clock: of each corr
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
@@ -27,7 +28,17 @@ from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepar
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.what_if.corrections import Directions, Supports
-from sssi_exudyn.what_if.intent import FIGURES, INTENTS, MOMENT, SAMPLING, Intent, weights_of
+from sssi_exudyn.what_if.intent import (
+    FIGURES,
+    INTENTS,
+    LOOK_AHEAD,
+    MOMENT,
+    NOTICED,
+    SAMPLING,
+    STRICT_PATH_SIGMA,
+    Intent,
+    weights_of,
+)
 from sssi_exudyn.what_if.pace import Pace
 from sssi_exudyn.what_if.recorded_run import RecordedRun, nodes_of
 
@@ -86,7 +97,10 @@ def _sampled(clock: Array, series: Array, times: Array) -> Array:
 class Question:
     """A recorded run, the model that is asked about, and what the skier keeps.
 
-    Raises SimulationDiverged when the recorded run cannot be simulated.
+    The skier reacts from ``LOOK_AHEAD`` before the recorded movement first plays differently on the asked model.  Least
+    squares over the whole run would otherwise have him faster all the way to a patch of slow snow.
+
+    Raises SimulationDiverged when the recorded movement cannot be simulated on the recorded or on the asked model.
     """
 
     def __init__(self, recorded: RecordedRun, asked: Model, keep: Keep) -> None:
@@ -96,13 +110,21 @@ class Question:
         self.samples = np.linspace(
             motion.start + SAMPLING, motion.stop, max(3, round((motion.stop - motion.start) / SAMPLING))
         )
-        self.supports = Supports(motion.start, motion.stop)
-        self.as_recorded = play(recorded.model, motion, Pace(self.nodes, np.ones(len(self.nodes))), self.samples)
+        even = Pace(self.nodes, np.ones(len(self.nodes)))
+        self.as_recorded = play(recorded.model, motion, even, self.samples)
+        self.unchanged = play(asked, motion, even, self.samples)
         self._angles = motion.evaluate(self.nodes)[0]
         self._directions = Directions(
             self.intent.corrections, PostureMap(Parts(recorded.model, motion), self.as_recorded.prepared.time)
         )
         self.weights = weights_of(keep, self.samples, self.way)
+        self.supports = Supports(motion.start, motion.stop, self._met() - LOOK_AHEAD)
+
+    def stricter(self) -> Question:
+        """Return the same question for a skier who keeps his path to ``STRICT_PATH_SIGMA``."""
+        other = copy(self)
+        other.weights = weights_of(self.keep, self.samples, self.way, STRICT_PATH_SIGMA)
+        return other
 
     @property
     def intent(self) -> Intent:
@@ -120,6 +142,11 @@ class Question:
         run = self.as_recorded.run
         velocity = np.stack([np.interp(self.samples, run.time, run.com_velocity[:, i]) for i in range(2)], axis=1)
         return np.asarray(velocity / np.linalg.norm(velocity, axis=1, keepdims=True))
+
+    def _met(self) -> float:
+        """Return the instant (s) at which the run meets the change; the start where there is none."""
+        apart = np.einsum("nrk,nk->nr", self.weights, self.unchanged.figures - self.as_recorded.figures)
+        return float(self.samples[np.argmax(np.max(np.abs(apart), axis=1) > NOTICED)])
 
     def amounts(self, unknowns: Array, recorded: Array) -> Array:
         """Return the corrections (n, c), in rad and m, at instants (n,) of the recorded clock (s)."""

@@ -28,14 +28,13 @@ _KEPT: Final = 0.25
 class Solution:
     """A solved what-if.
 
-    unknowns : (size,);  first, played : the asked model with the recorded movement, and with the corrected one
+    unknowns : (size,);  played : the asked model with the corrected movement
     by_unknown : (n, figures, size) derivatives at the end;  cost : ½|r|²
     rounds, converged : how the search ended
     """
 
     question: Question
     unknowns: Array
-    first: Played
     played: Played
     by_unknown: Array
     cost: float
@@ -48,12 +47,13 @@ class Solution:
         return self.question.jacobian(self.by_unknown)
 
 
-def solve(question: Question, progress: Advance = silent) -> Solution:
-    """Return the smallest corrections.  Raises SimulationDiverged when the asked model cannot play the recorded
-    movement.
+def solve(question: Question, progress: Advance = silent, *, nearby: Solution | None = None) -> Solution:
+    """Return the smallest corrections.
+
+    nearby : solution of the question for a skier who keeps the same less or more strictly; the search starts there
     """
-    unknowns = np.zeros(question.size)
-    first = played = question.play(unknowns)
+    unknowns = np.zeros(question.size) if nearby is None else nearby.unknowns
+    played = question.unchanged if nearby is None else nearby.played
     residual = question.residual(unknowns, played)
     cost, converged, rounds = _half_square(residual), question.size == 0, 0
     by_unknown = question.linearise(unknowns, played)
@@ -70,7 +70,7 @@ def solve(question: Question, progress: Advance = silent) -> Solution:
         by_unknown = question.linearise(unknowns, played)
         converged = moved < _SETTLED or gained < _GAINED * max(cost, _LITTLE)
         progress(None, f"round {rounds}: moved by {moved:.2f} scales, misfit {cost:.1f}")
-    return Solution(question, unknowns, first, played, by_unknown, cost, rounds, converged)
+    return Solution(question, unknowns, played, by_unknown, cost, rounds, converged)
 
 
 def _half_square(residual: Array) -> float:

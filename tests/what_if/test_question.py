@@ -10,9 +10,12 @@ import pytest
 from bundled import bundled
 
 from sssi_exudyn.core.choices import KEEPS, Keep
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import spline_motion
+from sssi_exudyn.sweeps.asked_model import change_model
 from sssi_exudyn.what_if.answer import departures, off_path, seconds_lost, seconds_per_number
+from sssi_exudyn.what_if.intent import LOOK_AHEAD
 from sssi_exudyn.what_if.pace import Pace
 from sssi_exudyn.what_if.question import Question
 from sssi_exudyn.what_if.recorded_run import RecordedRun, nodes_of
@@ -28,6 +31,10 @@ def recorded() -> RecordedRun:
     nodes = nodes_of(motion.start, motion.start + STOP)
     short = spline_motion(motion.geometry, motion.inclination, nodes, motion.evaluate(nodes)[0])
     return RecordedRun(replace(model_of(recording, motion), sensors=()), short)
+
+
+def recorded_com() -> Array:
+    return Question(recorded(), recorded().model, "movement").as_recorded.run.com
 
 
 @cache
@@ -63,6 +70,27 @@ def test_the_derivative_of_time_is_that_of_two_answers() -> None:
     lost = seconds_lost(solution.question, solution.played)[-1]
     assert model.value(MU_T) > 0.0
     assert -slope * 0.005 == pytest.approx(lost, rel=0.3)  # curvature of the answer over half a step, and of the gate
+
+
+def test_the_skier_reacts_shortly_before_a_patch_is_met() -> None:
+    model = recorded().model
+    f = recorded_com()[:, 0]
+    patch = {"snow_patch.delta_mu_t": 0.05, "snow_patch.f0": float(f[-1]) - 3.0, "snow_patch.f1": float(f[-1]) + 9.0}
+    question = Question(recorded(), change_model(model, patch, None), "path")
+    every = Question(recorded(), model, "path").supports
+    assert question.supports.count < every.count
+    # the patch begins smoothly over half a metre, which takes the beginner a tenth of a second
+    met = float(np.interp(float(f[-1]) - 3.5, f, question.as_recorded.run.time))
+    assert not np.any(question.supports.at(np.linspace(0.0, met - LOOK_AHEAD, 20)))
+
+
+@pytest.mark.long(seconds=4)
+def test_a_stricter_skier_stays_closer_to_his_path() -> None:
+    solution = asked(0.02, "path")
+    strict = solve(solution.question.stricter(), nearby=solution)
+    assert strict.converged
+    off = [float(np.max(np.abs(off_path(solution.question, of.played)))) for of in (solution, strict)]
+    assert off[1] < off[0]
 
 
 @pytest.mark.long(seconds=3)

@@ -9,9 +9,10 @@ import pytest
 from bundled import bundled
 
 import sssi_exudyn
-from sssi_exudyn.commands.what_if import change_model, read_changes
+from sssi_exudyn.commands.what_if import read_changes
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.sweeps.asked_model import change_model
 
 
 @pytest.mark.parametrize("text", ["friction.mu_t", "friction.mu_t=", "friction.mu_t=much", "friction.mu_t=nan"])
@@ -43,6 +44,21 @@ def test_changes_are_made() -> None:
     assert np.degrees(changed.inclination) == pytest.approx(20.0, rel=1e-12)
     assert np.hypot(changed.start.velocity_f, changed.start.velocity_l) == pytest.approx(7.0, rel=1e-12)
     assert changed.ski.name == "giant_slalom_183"
+
+
+def test_a_law_that_was_not_there_can_be_asked_for() -> None:
+    model = model_of(*bundled("beginner"))
+    changed = change_model(
+        model, {"snow_patch.delta_mu_t": 0.05, "snow_patch.f1": 20.0, "ski.sidecut_scale": 0.8}, None
+    )
+    assert [term.name for term in changed.terms] == [*(term.name for term in model.terms), "snow_patch"]
+    assert changed.value("snow_patch.f1") == 20.0
+    assert max(changed.ski.width.value) < max(model.ski.width.value)
+
+
+def test_a_law_that_replaces_another_cannot() -> None:
+    with pytest.raises(InputError, match="no number is called"):
+        change_model(model_of(*bundled("beginner")), {"carving.hardness": 1e6}, None)
 
 
 def test_an_unknown_ski_is_refused() -> None:
