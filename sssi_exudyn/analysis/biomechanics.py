@@ -32,6 +32,8 @@ RESIDUAL_MOMENT: Final = {"peak": (50.0, 75.0), "rms": (30.0, 50.0)}
 results"; Hicks et al. 2015 give the same).
 """
 VERDICTS: Final = ("good", "okay", "bad")
+WEDGE_DEG: Final = 5.0
+"""Angle between the skis above which they make a wedge: between the paper's beginner (9°) and intermediate (2°)."""
 STANDING_SPEED: Final = 0.5
 """m/s below which a direction of travel has no meaning."""
 

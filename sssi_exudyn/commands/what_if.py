@@ -77,6 +77,7 @@ def ask(
         with progress.stage("what if") as stage:
             question = Question(recorded, asked, keep)
             solution = solve(question, stage.advance)
+            strict = solve(question.stricter(), stage.advance, nearby=solution) if keep == "path" else None
         ends: tuple[float | None, float | None] = (None, None)
         if not reduced:
             with progress.stage("full model"):
@@ -84,7 +85,7 @@ def ask(
         named: dict[str, str | float] = {**changes, **({} if ski is None else {"ski": asked.ski.name})}
         settings = {"command": "whatif", "keep": keep, "changes": named, **({"reduced": True} if reduced else {})}
         origin = convert(provenance(stored.summary.provenance.inputs, settings, seed=None), Provenance)
-        answer = answer_of(solution, stored.name, named, _covariance(stored, recorded.model), ends, origin)
+        answer = answer_of(solution, strict, stored.name, named, _covariance(stored, recorded.model), ends, origin)
         if out is not None:
             _write(out, answer, solution)
         return answer

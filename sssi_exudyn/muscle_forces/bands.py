@@ -21,7 +21,7 @@ from sssi_exudyn.model.faults import CaptureSensor
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.muscle_forces.forces import MuscleForces, muscle_forces
-from sssi_exudyn.muscle_forces.loads import Movement, joint_forces, joint_moments
+from sssi_exudyn.muscle_forces.loads import joint_forces, joint_moments, movement_of
 from sssi_exudyn.results.draws import Draw
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
 from sssi_exudyn.simulation.reduced.prepared import prepare
@@ -122,17 +122,6 @@ def _loads(model: Model, geometry: Geometry, time: Array, angles: Array, instant
     run = simulate_reduced(model, prepare(model, motion, step=_STEP))
     parts = Parts(model, correct_motion(model, motion))
     rows = np.clip(np.searchsorted(run.time, instants), 0, len(run.time) - 1)
-    posture, rates, accelerations = parts.motion.evaluate(run.time[rows])
-    pull = np.gradient(run.pelvis_velocity, run.time, axis=0)
-    movement = Movement(
-        time=run.time[rows],
-        q=np.hstack([run.pelvis[rows], posture]),
-        rates=np.hstack([run.pelvis_velocity[rows], rates]),
-        accelerations=np.hstack([pull[rows], accelerations]),
-        com=run.com[rows],
-        com_velocity=run.com_velocity[rows],
-        snow=run.snow_force[rows],
-        ski_acceleration=np.gradient(run.foot_velocity, run.time, axis=0)[rows],
-    )
+    movement = movement_of(parts, run, rows)
     moments = joint_moments(parts, movement, run.foot_position[rows], run.snow_moment[rows])
-    return _Loads(rates, moments, joint_forces(parts, movement))
+    return _Loads(movement.rates[:, 3:], moments, joint_forces(parts, movement))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sssi_exudyn.bodies.skier.chain import FEET, HANDS, PARENT, SEGMENT, Poses, Rates, forward_kinematics, jacobians
 from sssi_exudyn.bodies.skier.chain import rates as segment_rates
@@ -16,6 +17,7 @@ from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.motion.hands import pole_forces
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.full.forces_numpy import six_of
+from sssi_exudyn.simulation.reduced.prepared import ReducedRun
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,22 @@ class Movement:
     com_velocity: Array
     snow: Array
     ski_acceleration: Array
+
+
+def movement_of(parts: Parts, run: ReducedRun, rows: NDArray[np.intp]) -> Movement:
+    """Return the movement of a reduced run at n of its instants."""
+    posture, rates, accelerations = parts.motion.evaluate(run.time[rows])
+    pull = np.gradient(run.pelvis_velocity, run.time, axis=0)
+    return Movement(
+        time=run.time[rows],
+        q=np.hstack([run.pelvis[rows], posture]),
+        rates=np.hstack([run.pelvis_velocity[rows], rates]),
+        accelerations=np.hstack([pull[rows], accelerations]),
+        com=run.com[rows],
+        com_velocity=run.com_velocity[rows],
+        snow=run.snow_force[rows],
+        ski_acceleration=np.gradient(run.foot_velocity, run.time, axis=0)[rows],
+    )
 
 
 def joint_forces(parts: Parts, movement: Movement) -> Array:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Final
 
+from sssi_exudyn.analysis.biomechanics import WEDGE_DEG
 from sssi_exudyn.core.text import metres
 from sssi_exudyn.reports.section import Tile
-from sssi_exudyn.reports.sentences import SKIDDED_DEG, WEDGE_DEG, mean_of, steering_is_assumed
+from sssi_exudyn.reports.sentences import SKIDDED_DEG, mean_of, steering_is_assumed
 from sssi_exudyn.reports.verdict import verdict_of
 from sssi_exudyn.results.summary import Estimate, Summary
 

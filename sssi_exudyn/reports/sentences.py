@@ -6,14 +6,12 @@ import math
 from collections.abc import Mapping
 from typing import Final, Literal
 
-from sssi_exudyn.analysis.biomechanics import Spread
+from sssi_exudyn.analysis.biomechanics import WEDGE_DEG, Spread
 from sssi_exudyn.reports.section import Runs
 from sssi_exudyn.reports.verdict import moment_sentence
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Estimate, Summary
 
-WEDGE_DEG: Final = 5.0
-"""Angle between the skis above which they make a wedge: between the paper's beginner (9°) and intermediate (2°)."""
 SKIDDED_DEG: Final = 12.0
 """Mean steering angle above which a turn is skidded: between the paper's beginner (25°) and intermediate (6°)."""
 

@@ -11,18 +11,15 @@ import numpy as np
 from sssi_exudyn.analysis.turns import find_turns
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.choices import Keep
-from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.results.summary import Provenance
-from sssi_exudyn.what_if.intent import MOMENT, PLACE, SETTLING, SPEED
+from sssi_exudyn.what_if.intent import PATH_SIGMA, PLACE, SPEED, STRICT_PATH_SIGMA
+from sssi_exudyn.what_if.limits import FAR, RunFigures, beyond, moment_rms, run_figures
 from sssi_exudyn.what_if.question import Played, Question, figures_tangents
 from sssi_exudyn.what_if.solve import Solution
 
 _IN_90: Final = 1.645
 """Standard deviations on either side of the mean that hold 90 % of a normal distribution."""
-_FAR: Final = 1.0
-"""m off the recorded path beyond which the path is not kept: gates are further apart, but a ski's width is not."""
-_LEG: Final = 3.5
-"""Body weights on one leg: chosen, above what a recorded run of a racer shows."""
 
 
 @dataclass(frozen=True)
@@ -49,27 +46,27 @@ class TurnChange:
 
 
 @dataclass(frozen=True)
-class RunFigures:
-    """One of the two runs: largest forces on the snow in body weights, energies in J at its end less at its start."""
+class Stricter:
+    """The same question for a skier who keeps his path more strictly, to ``path_m`` (one standard deviation)."""
 
-    duration_s: float
-    mean_speed_mps: float
-    peak_force_bodyweights: float
-    peak_leg_bodyweights: float
-    residual_moment_rms_Nm: float
-    kinetic_J: float
-    gravity_J: float
-    friction_J: float
-    rest_J: float
+    path_m: float
+    seconds_lost: float | None
+    off_path_largest_m: float
+    skiable: bool
+    reasons: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class WhatIf:
     """The answer.
 
-    seconds_lost : at the end of the recorded path; null where the run does not come there
+    compared_until_s : instant of the recorded run at whose place both runs are compared: its end, or the last place
+        that the asked run comes to, where ``comes_to_the_end`` is false
+    seconds_lost : at that place
     seconds_low, seconds_high : 90 % interval from the covariance of the fit
-    seconds_per_unit : its derivative by each number of the model, in the number's unit
+    stricter : what a stricter skier makes of it, as how strictly a path is kept has no source; null where no path is
+        kept
+    seconds_per_unit : derivative of ``seconds_lost`` by each number of the model, in the number's unit
     moment_unchanged_Nm : residual moment (rms) of the recorded movement on the asked model
     full_end_m, recorded_full_end_m : distance of the full model's centre of mass from the reduced one's at the end, of
         this run and of the recorded one; null where the full model was left out
@@ -81,9 +78,12 @@ class WhatIf:
     changes: Mapping[str, str | float]
     skiable: bool
     reasons: tuple[str, ...]
-    seconds_lost: float | None
-    seconds_low: float | None
-    seconds_high: float | None
+    seconds_lost: float
+    seconds_low: float
+    seconds_high: float
+    compared_until_s: float
+    comes_to_the_end: bool
+    stricter: Stricter | None
     seconds_per_unit: Mapping[str, float]
     off_path_rms_m: float
     off_path_largest_m: float
@@ -102,6 +102,7 @@ class WhatIf:
 
 def answer_of(
     solution: Solution,
+    strict: Solution | None,
     recording: str,
     changes: Mapping[str, str | float],
     fitted: tuple[tuple[str, ...], Array],
@@ -110,6 +111,7 @@ def answer_of(
 ) -> WhatIf:
     """Return the answer.
 
+    strict : solution of ``question.stricter()``; None where no path is kept
     fitted : names (k,) of the recorded model's fitted numbers, and their covariance (k, k)
     ends : ``full_end_m`` and ``recorded_full_end_m`` of ``WhatIf``
     """
@@ -117,13 +119,13 @@ def answer_of(
     reference, off = question.as_recorded, off_path(question, played)
     lost = seconds_lost(question, played)
     names, covariance = fitted
-    slopes = seconds_per_number(solution, names, frozenset(changes)) if np.isfinite(lost[-1]) else {}
-    by_number = np.array([slopes.get(name, 0.0) for name in names])
+    slopes = seconds_per_number(solution, names, frozenset(changes))
+    by_number = np.array([slopes[name] for name in names])
     spread = _IN_90 * float(np.sqrt(by_number @ covariance @ by_number))
     corrections, joints = departures(solution)
-    asked, recorded = run_figures(played), run_figures(reference)
-    reasons = _reasons(solution, corrections, asked, off)
-    end = _number(lost[-1])
+    reasons = reasons_of(solution)
+    last = last_passed(lost)
+    end = float(lost[last])
     return WhatIf(
         format=1,
         recording=recording,
@@ -132,16 +134,19 @@ def answer_of(
         skiable=not reasons,
         reasons=reasons,
         seconds_lost=end,
-        seconds_low=None if end is None else end - spread,
-        seconds_high=None if end is None else end + spread,
+        seconds_low=end - spread,
+        seconds_high=end + spread,
+        compared_until_s=float(question.samples[last]),
+        comes_to_the_end=last == len(lost) - 1,
+        stricter=None if strict is None else _stricter(strict),
         seconds_per_unit=slopes,
         off_path_rms_m=float(np.sqrt(np.mean(off**2))),
         off_path_largest_m=float(np.max(np.abs(off))),
         corrections=corrections,
         joints=joints,
-        moment_unchanged_Nm=_moment_rms(question.unchanged),
-        recorded=recorded,
-        asked=asked,
+        moment_unchanged_Nm=moment_rms(question.unchanged),
+        recorded=run_figures(reference),
+        asked=run_figures(played),
         turns=_turns(question, played, lost),
         rounds=solution.rounds,
         converged=solution.converged,
@@ -149,6 +154,12 @@ def answer_of(
         recorded_full_end_m=ends[1],
         provenance=provenance,
     )
+
+
+def _stricter(strict: Solution) -> Stricter:
+    lost, reasons = seconds_lost(strict.question, strict.played), reasons_of(strict)
+    off = float(np.max(np.abs(off_path(strict.question, strict.played))))
+    return Stricter(STRICT_PATH_SIGMA, _number(lost[-1]), off, not reasons, reasons)
 
 
 def off_path(question: Question, played: Played) -> Array:
@@ -173,26 +184,37 @@ def seconds_lost(question: Question, played: Played) -> Array:
     return lost
 
 
+def last_passed(lost: Array) -> int:
+    """Return the last sample whose line across the recorded path a run passes; the first where it passes none."""
+    return int(np.max(np.flatnonzero(np.isfinite(lost)), initial=0))
+
+
 def seconds_per_number(solution: Solution, names: tuple[str, ...], changed: frozenset[str]) -> dict[str, float]:
-    """Return the derivatives (s a unit) of the seconds lost at the end by numbers of the recorded model.
+    """Return the derivatives (s a unit) of the seconds lost by numbers of the recorded model.
 
     The skier reacts: corrections and pace follow the numbers as the least squares say.  A number that was changed is
     that of the recorded run alone.
     """
     question, played = solution.question, solution.played
-    moved = -figures_tangents(question.as_recorded, names, ())
+    lost = seconds_lost(question, played)
+    last = last_passed(lost)
+    # at its own pace the skier is at the line when the sample comes; otherwise he passes it at another sample
+    passing = (
+        last if question.intent.paced else int(np.argmin(np.abs(played.times - question.samples[last] - lost[last])))
+    )
+    recorded = figures_tangents(question.as_recorded, names, ())
+    asked = np.zeros_like(recorded)
     shared = [i for i, name in enumerate(names) if name not in changed]
-    moved[..., shared] += figures_tangents(played, [names[i] for i in shared], ())
+    asked[..., shared] = figures_tangents(played, [names[i] for i in shared], ())
+    later = np.zeros(len(names))
     if question.size:
         jacobian = solution.jacobian
-        right = jacobian[: -question.size].T @ question.weighed(moved)
+        right = jacobian[: -question.size].T @ question.weighed(asked - recorded)
         reacted = -np.linalg.solve(jacobian.T @ jacobian, right)
-        moved = moved + solution.by_unknown @ reacted
-    by_speed = float(played.figures[-1, SPEED][0])
-    along = np.einsum("c,ck->k", question.way[-1], moved[-1, PLACE])
-    later = -along / by_speed
-    if question.intent.paced:
-        later = later + question.end_later(played) @ reacted
+        asked = asked + solution.by_unknown @ reacted
+        later = question.later(played)[last] @ reacted
+    along = np.einsum("c,ck->k", question.way[last], asked[passing, PLACE] - recorded[last, PLACE])
+    later = later - along / float(played.figures[passing, SPEED][0])
     return dict(zip(names, later.tolist(), strict=True))
 
 
@@ -217,46 +239,18 @@ def _departure(name: str, column: Array, unit: str, factor: float, limit: float 
     return Departure(name, unit, factor * largest, factor * rms, None if limit is None else factor * limit)
 
 
-def run_figures(played: Played) -> RunFigures:
-    """Return the figures of a run between its first and last sample."""
-    run, prepared = played.run, played.prepared
-    inside = run.time <= played.times[-1]
-    weight = prepared.mass * GRAVITY
-    speed2 = np.sum(run.com_velocity[inside] ** 2, axis=1)
-    kinetic = 0.5 * prepared.mass * float(speed2[-1] - speed2[0])
-    moved = run.com[inside]
-    gravity = prepared.mass * float((moved[-1] - moved[0]) @ prepared.gravity)
-    power = np.einsum("nsc,nsc->n", run.foot_friction[inside], run.foot_velocity[inside])
-    friction = float(np.trapezoid(power, run.time[inside]))
-    settled = inside & (run.time >= run.time[0] + SETTLING)
-    return RunFigures(
-        duration_s=float(played.times[-1] - run.time[0]),
-        mean_speed_mps=float(np.mean(np.sqrt(speed2))),
-        peak_force_bodyweights=float(run.foot_load[settled].sum(axis=1).max()) / weight,
-        peak_leg_bodyweights=float(run.foot_load[settled].max()) / weight,
-        residual_moment_rms_Nm=_moment_rms(played),
-        kinetic_J=kinetic,
-        gravity_J=gravity,
-        friction_J=friction,
-        rest_J=kinetic - gravity - friction,
-    )
-
-
-def _moment_rms(played: Played) -> float:
-    settled = played.times >= played.times[0] + SETTLING
-    return float(np.sqrt(np.mean(np.sum(played.figures[settled, MOMENT] ** 2, axis=1))))
-
-
-def _reasons(solution: Solution, corrections: tuple[Departure, ...], asked: RunFigures, off: Array) -> tuple[str, ...]:
+def reasons_of(solution: Solution) -> tuple[str, ...]:
+    """Return why a run is not skiable like this; none where it is."""
+    question, played = solution.question, solution.played
     reasons = [
         f"{part.name} of {part.largest:.3g} {part.unit} is beyond {part.limit:.3g} {part.unit}"
-        for part in corrections
+        for part in departures(solution)[0]
         if part.limit is not None and part.largest > part.limit
     ]
-    if asked.peak_leg_bodyweights > _LEG:
-        reasons.append(f"{asked.peak_leg_bodyweights:.1f} body weights on one leg are beyond {_LEG:g}")
-    if solution.question.keep == "path" and np.max(np.abs(off)) > _FAR:
-        reasons.append(f"the path is missed by {np.max(np.abs(off)):.1f} m")
+    reasons += beyond(run_figures(played), run_figures(question.as_recorded), played.model.skier.sex)
+    off = float(np.max(np.abs(off_path(question, played))))
+    if question.keep == "path" and off > FAR:
+        reasons.append(f"the path is missed by {off:.1f} m")
     if not solution.converged:
         reasons.append("no balanced movement was reached")
     return tuple(reasons)
@@ -281,12 +275,9 @@ def _number(value: float) -> float | None:
 def lines_of(answer: WhatIf) -> list[str]:
     """Return the answer in lines."""
     asked = ", ".join(f"{name} = {value}" for name, value in answer.changes.items()) or "nothing changed"
-    if answer.seconds_lost is None:
-        seconds = "the run does not come to the end of the recorded path"
-    else:
-        word = "lost" if answer.seconds_lost >= 0.0 else "won"
-        low, high = answer.seconds_low, answer.seconds_high
-        seconds = f"{abs(answer.seconds_lost):.2f} s {word} (90 % interval of the loss {low:.2f} to {high:.2f} s)"
+    until = "" if answer.comes_to_the_end else f" until {answer.compared_until_s:.1f} s"
+    seconds = f"{_lost(answer.seconds_lost)}{until} (90 % interval of the loss {answer.seconds_low:.2f} to "
+    seconds += f"{answer.seconds_high:.2f} s)"
     departs = ", ".join(f"{part.name} {part.largest:.2g} {part.unit}" for part in answer.corrections)
     lines = [
         f"{answer.recording}, {asked}, keeping the {answer.keep}: {seconds}",
@@ -295,8 +286,19 @@ def lines_of(answer: WhatIf) -> list[str]:
         f"residual moment: {answer.recorded.residual_moment_rms_Nm:.0f} N m recorded, "
         f"{answer.moment_unchanged_Nm:.0f} unchanged, {answer.asked.residual_moment_rms_Nm:.0f} corrected",
     ]
+    strict = answer.stricter
+    if strict is not None:
+        cost = "does not come to the end" if strict.seconds_lost is None else _lost(strict.seconds_lost)
+        doubt = "" if strict.skiable else f", not skiable like this: {'; '.join(strict.reasons)}"
+        lines.insert(
+            1, f"a skier who keeps the path to {strict.path_m:g} m in place of {PATH_SIGMA:g} m: {cost}{doubt}"
+        )
     if answer.full_end_m is not None:
         lines.append(f"full model: {answer.full_end_m:.2f} m from the reduced one at the end")
     if not answer.skiable:
         lines.append(f"not skiable like this: {'; '.join(answer.reasons)}")
     return lines
+
+
+def _lost(seconds: float) -> str:
+    return f"{abs(seconds):.2f} s {'lost' if seconds >= 0.0 else 'won'}"

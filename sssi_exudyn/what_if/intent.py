@@ -7,11 +7,12 @@ the recorded run's.  Where nothing is changed all differences are zero, and so a
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
+from sssi_exudyn.analysis.biomechanics import WEDGE_DEG
 from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.what_if.corrections import EDGING, FORE_AFT, LEAN, PLOUGH, STEERING, Correction
@@ -62,8 +63,19 @@ INTENTS: Final[Mapping[Keep, Intent]] = {
     "movement": Intent((), False, "the recorded movement, whatever comes of it"),
     "path": Intent((*_BODY, STEERING), True, "the recorded path; the speed along it is free"),
     "rhythm": Intent((*_BODY, STEERING, EDGING), False, "turn times and edge angles; the path is free"),
-    "speed": Intent((*_BODY, STEERING, PLOUGH), False, "the recorded speed at each instant; the path is free"),
+    "speed": Intent((*_BODY, STEERING, EDGING), False, "the recorded speed at each instant; the path is free"),
 }
+
+
+def intent_of(keep: Keep, between_skis: float) -> Intent:
+    """Return what is kept by a skier whose skis make an angle of ``between_skis`` (rad, mean over the run).
+
+    A skier in a wedge keeps his speed by its width; skis that are parallel are skidded more or less.
+    """
+    intent = INTENTS[keep]
+    if keep == "speed" and np.degrees(between_skis) >= WEDGE_DEG:
+        return replace(intent, corrections=(*_BODY, STEERING, PLOUGH))
+    return intent
 
 
 def weights_of(keep: Keep, samples: Array, way: Array, path_sigma: float = PATH_SIGMA) -> Array:

@@ -30,13 +30,13 @@ from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.what_if.corrections import Directions, Supports
 from sssi_exudyn.what_if.intent import (
     FIGURES,
-    INTENTS,
     LOOK_AHEAD,
     MOMENT,
     NOTICED,
     SAMPLING,
     STRICT_PATH_SIGMA,
     Intent,
+    intent_of,
     weights_of,
 )
 from sssi_exudyn.what_if.pace import Pace
@@ -126,10 +126,13 @@ class Question:
         other.weights = weights_of(self.keep, self.samples, self.way, STRICT_PATH_SIGMA)
         return other
 
-    @property
+    @cached_property
     def intent(self) -> Intent:
-        """Return what the skier keeps."""
-        return INTENTS[self.keep]
+        """What the skier keeps, and by which corrections."""
+        left, right = np.moveaxis(self.as_recorded.prepared.foot_rotation[:, :, :2, 0], 1, 0)
+        across = left[:, 0] * right[:, 1] - left[:, 1] * right[:, 0]
+        # from the left ski to the right one anticlockwise, seen from above: tips together
+        return intent_of(self.keep, float(np.mean(np.arctan2(across, np.sum(left * right, axis=1)))))
 
     @property
     def size(self) -> int:
@@ -204,10 +207,11 @@ class Question:
             )
         return derivatives
 
-    def end_later(self, played: Played) -> Array:
-        """Return the derivatives (size,) of the own time of the last sample by the unknowns, s."""
-        later = np.zeros(self.size)
-        later[-self.supports.count :] = played.pace.later(self._pace_splines)(self.samples[-1])
+    def later(self, played: Played) -> Array:
+        """Return the derivatives (n, size) of the samples' own times by the unknowns, s."""
+        later = np.zeros((len(self.samples), self.size))
+        if self.intent.paced:
+            later[:, -self.supports.count :] = played.pace.later(self._pace_splines)(self.samples)
         return later
 
     @cached_property

@@ -14,8 +14,10 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.sweeps.asked_model import change_model
-from sssi_exudyn.what_if.answer import departures, off_path, seconds_lost, seconds_per_number
-from sssi_exudyn.what_if.intent import LOOK_AHEAD
+from sssi_exudyn.what_if.answer import departures, off_path, reasons_of, seconds_lost, seconds_per_number
+from sssi_exudyn.what_if.corrections import PLOUGH
+from sssi_exudyn.what_if.intent import LOOK_AHEAD, SPEED, intent_of
+from sssi_exudyn.what_if.limits import beyond, run_figures
 from sssi_exudyn.what_if.pace import Pace
 from sssi_exudyn.what_if.question import Question
 from sssi_exudyn.what_if.recorded_run import RecordedRun, nodes_of
@@ -59,6 +61,25 @@ def test_more_friction_costs_time_on_the_recorded_path() -> None:
     assert off[0] < off[1]
     assert seconds_lost(kept.question, kept.played)[-1] > 0.01
     assert all(part.limit is not None and part.largest < part.limit for part in departures(kept)[0])
+    assert reasons_of(kept) == ()
+
+
+@pytest.mark.long(seconds=5)
+def test_a_wedge_gets_narrower_on_slower_snow_and_keeps_the_speed() -> None:
+    solution = asked(0.02, "speed")
+    question, unchanged = solution.question, solution.question.unchanged
+    ploughed = question.amounts(solution.unknowns, question.samples)[:, question.intent.corrections.index(PLOUGH)]
+    assert float(np.mean(ploughed)) < 0.0
+    slower = [
+        float(np.mean(question.as_recorded.figures[:, SPEED] - run.figures[:, SPEED]))
+        for run in (unchanged, solution.played)
+    ]
+    assert abs(slower[1]) < 0.2 * slower[0]
+
+
+def test_parallel_skis_are_not_ploughed() -> None:
+    assert PLOUGH in intent_of("speed", np.radians(9.0)).corrections
+    assert PLOUGH not in intent_of("speed", np.radians(2.0)).corrections
 
 
 @pytest.mark.long(seconds=4)
@@ -107,6 +128,21 @@ def test_figures_are_linearised() -> None:
         np.testing.assert_allclose(
             derivatives[:, :2, index], difference, atol=0.03 * float(np.max(np.abs(difference))) + 1e-4
         )
+
+
+def test_what_was_skied_is_within_the_limits() -> None:
+    figures = run_figures(Question(recorded(), recorded().model, "movement").as_recorded)
+    assert beyond(figures, figures, "male") == []
+    heavy = replace(figures, peak_force_bodyweights=5.1, residual_moment_rms_Nm=90.0, peak_knee_extension_Nm_per_kg=3.0)
+    assert [clause.partition(" ")[0] for clause in beyond(heavy, figures, "male")] == ["5.1", "90"]
+    assert len(beyond(heavy, figures, "female")) == 3
+    assert beyond(heavy, heavy, "female") == []
+
+
+def test_standing_legs_bear_the_body() -> None:
+    question = Question(recorded(), recorded().model, "movement")
+    # the weight passes 0.1 to 0.25 m behind a knee bent by some 60 degrees: half of 9.8 N/kg, or all of it
+    assert 0.4 < run_figures(question.as_recorded).peak_knee_extension_Nm_per_kg < 2.5
 
 
 def test_time_goes_on_at_any_pace() -> None:
