@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -11,7 +11,7 @@ import numpy as np
 
 from sssi_exudyn.bodies.ski.ski import ski_named
 from sssi_exudyn.contact.registry import known_terms, term_named
-from sssi_exudyn.contact.term import EdgeTerm
+from sssi_exudyn.contact.term import EdgeTerm, Term
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.core.text import did_you_mean, one_line
@@ -24,18 +24,18 @@ _SHAPES: Final = ("skier.mass", "slope.inclination_deg")
 _OF_CAPTURE: Final = ("heading_offset", "clock_offset", "f", "l")
 
 
-def askable(model: Model) -> dict[str, Parameter]:
-    """Return the numbers of a model that a what-if may change, by name.
+def askable(terms: Sequence[Term]) -> dict[str, Parameter]:
+    """Return the numbers that a what-if may change of a model with these force terms, by name.
 
     Laws that the model lacks are among them: without a number of theirs they do nothing.  A law that replaces another
     one is not, as the fit knows the other.
     """
-    present = {term.name for term in model.terms}
+    present = {term.name for term in terms}
     absent = [
         cls() for cls in known_terms() if cls.name not in present and not cls.replaces and not issubclass(cls, EdgeTerm)
     ]
     parts = {*present, *(term.name for term in absent), "ski", "start"}
-    declared = {**parameters_of((*model.terms, *absent)), _START_SPEED.name: _START_SPEED}
+    declared = {**parameters_of((*terms, *absent)), _START_SPEED.name: _START_SPEED}
     return {
         name: about
         for name, about in declared.items()
@@ -46,7 +46,7 @@ def askable(model: Model) -> dict[str, Parameter]:
 
 def check_changes(model: Model, changes: Mapping[str, float]) -> None:
     """Raise InputError for an unknown number, and for a value outside its bounds."""
-    known = askable(model)
+    known = askable(model.terms)
     for name, value in changes.items():
         if name not in known:
             raise InputError(COMMAND, "--set", f"no number is called {one_line(name)!r}", did_you_mean(name, known))

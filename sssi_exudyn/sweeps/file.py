@@ -26,23 +26,29 @@ from typing import Any, Final, Literal, TypeVar
 from sssi_exudyn.bodies.ski.ski import ski_named
 from sssi_exudyn.contact.registry import check_together, is_carved, read_term
 from sssi_exudyn.contact.term import Term
-from sssi_exudyn.core.choices import HEADING_MODES, METHODS, HeadingMode, Method
+from sssi_exudyn.core.choices import HEADING_MODES, KEEPS, METHODS, HeadingMode, Keep, Method
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.settings import Settings, check_keys, read_toml, table_of, text_of
 from sssi_exudyn.runtime.plugins import Plugin, origins_of, require, tables_of
 from sssi_exudyn.sweeps.design import INDEXED, KINDS, LISTED, Design
 from sssi_exudyn.sweeps.patterns import matching_recordings
 
-Task = Literal["simulate", "fit", "turn"]
+Task = Literal["simulate", "fit", "turn", "whatif"]
 Tier = Literal["reduced", "full"]
-TASKS: Final[tuple[Task, ...]] = ("simulate", "fit", "turn")
+TASKS: Final[tuple[Task, ...]] = ("simulate", "fit", "turn", "whatif")
 TIERS: Final[tuple[Tier, ...]] = ("reduced", "full")
 _KEYS: Final = (
     "format", "name", "recordings", "model", "task", "tier", "method", "duration_s", "series", "outputs",
-    "design", "parameter", "term", "plugin", "skis", "heading",
+    "design", "parameter", "term", "plugin", "skis", "heading", "keep",
 )  # fmt: skip
-_OF_RUNS: Final = ("recordings", "model", "tier", "method", "duration_s", "series", "term", "heading")
-"""Keys that have no meaning for skis in turns."""
+_OF_MODELS: Final = ("model", "tier", "method", "series", "term", "heading")
+_WITHOUT_MEANING: Final[Mapping[Task, tuple[str, ...]]] = {
+    "simulate": ("skis", "keep"),
+    "fit": ("skis", "keep"),
+    "turn": ("recordings", "duration_s", *_OF_MODELS, "keep"),
+    "whatif": ("skis", *_OF_MODELS),
+}
+_FIXES: Final = {"skis": 'write task = "turn"', "keep": 'write task = "whatif"'}
 LARGEST: Final = 10_000_000
 """Greatest number of points of a design."""
 _LONGEST: Final = 1000
@@ -60,6 +66,7 @@ class SweepFile:
     duration : s of each run from its start, None for whole runs
     series : whether each run's time series is kept
     heading : control of the skiers' heading; None for the model's own
+    keep : what the skier of a what-if keeps
     outputs : figures that indices and plots show; empty for the usual ones
     """
 
@@ -75,6 +82,7 @@ class SweepFile:
     outputs: tuple[str, ...]
     terms: tuple[Term, ...]
     heading: HeadingMode | None
+    keep: Keep
     design: Design
     settings: Settings
 
@@ -131,10 +139,11 @@ def sweep_from(settings: Settings, path: Path) -> SweepFile:
         tier=tier,
         method=method,
         duration=_duration(settings.get("duration_s"), path),
-        series=series and task != "turn",
+        series=series and task in ("simulate", "fit"),
         outputs=words_of(settings.get("outputs", []), path, "outputs"),
         terms=_terms(settings, path, task),
         heading=_heading(settings, path, task),
+        keep=_one_of({"keep": "path"} | dict(settings), "keep", KEEPS, path),
         design=_design(settings, path),
         settings=settings,
     )
@@ -142,9 +151,13 @@ def sweep_from(settings: Settings, path: Path) -> SweepFile:
 
 def _check_task(settings: Settings, task: Task, path: Path) -> None:
     """Raise InputError for a key that means nothing to this task."""
-    for key in _OF_RUNS if task == "turn" else ("skis",):
+    for key in _WITHOUT_MEANING[task]:
         if key in settings:
-            fix = 'leave it out; the skis are skis = ["slalom_165"]' if task == "turn" else 'write task = "turn"'
+            fix = (
+                'leave it out; the skis are skis = ["slalom_165"]'
+                if task == "turn"
+                else _FIXES.get(key, "leave it out")
+            )
             raise InputError(path, key, f'it means nothing to task = "{task}"', fix)
 
 

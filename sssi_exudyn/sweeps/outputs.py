@@ -148,7 +148,7 @@ def figures_of_run(run: AnyRun, model: Model, recording: Recording) -> Figures:
         figures["energy_closure_percent"] = run.closure_percent
         largest = np.max(np.abs(run.joint_moments), axis=0)
         figures |= {f"max_{name}_moment_Nm": float(m) for name, m in zip(run.moment_names, largest, strict=True)}
-    return _complete(
+    return complete(
         figures, columns_of("simulate", "full" if isinstance(run, SimulationResult) else "reduced", "joint")
     )
 
@@ -165,7 +165,7 @@ def figures_of_fit(fitted: Fitted) -> Figures:
     figures["gps_rms_error_m"] = float(np.sqrt(np.mean(distance**2)))
     figures["evaluations"] = float(fitted.optimum.evaluations)
     figures["converged"] = float(fitted.optimum.converged)
-    return _complete(figures, columns_of("fit", "full", fitted.method))
+    return complete(figures, columns_of("fit", "full", fitted.method))
 
 
 def figures_of_turn(turn: SteadyTurn) -> Figures:
@@ -186,7 +186,7 @@ def figures_of_turn(turn: SteadyTurn) -> Figures:
     }
     if turn.radius is not None:
         figures["radius_m"] = turn.radius
-    return _complete(figures, _OF_A_TURN)
+    return complete(figures, _OF_A_TURN)
 
 
 def series_of_run(run: AnyRun) -> pd.DataFrame:
@@ -240,8 +240,8 @@ def _mean(values: Array, time: Array) -> float:
     return float(np.trapezoid(values, time) / (time[-1] - time[0]))
 
 
-def _complete(figures: dict[str, float], columns: tuple[Column, ...]) -> Figures:
-    """Return every column, None where there is no figure or it is not finite."""
+def complete(figures: dict[str, float], columns: tuple[Column, ...]) -> Figures:
+    """Return a figure for every column, None where there is no figure or it is not finite."""
     completed: Figures = {}
     for column in columns:
         value = figures.get(column.name)

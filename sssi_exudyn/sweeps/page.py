@@ -63,7 +63,12 @@ def _strongest(runs: pd.DataFrame, indices: pd.DataFrame, varied: list[Axis], ou
 def _lead(plan: Plan, runs: pd.DataFrame) -> str:
     names = ", ".join(f"<code>{escape(axis.name)}</code>" for axis in plan.axes) or "only the recording"
     tier = f" with the {plan.job.tier} model"
-    what = {"fit": f"fits{tier}", "simulate": f"simulations{tier}", "turn": "steady turns of skis"}[plan.job.task]
+    what = {
+        "fit": f"fits{tier}",
+        "simulate": f"simulations{tier}",
+        "turn": "steady turns of skis",
+        "whatif": f"what-ifs, keeping the {plan.job.keep}",
+    }[plan.job.task]
     done = int((runs["status"] == DONE).sum())
     return f"<p>{len(runs)} {what}, {done} of them complete. The sweep varies {names}.</p>\n"
 

@@ -10,7 +10,7 @@ from typing import Final
 from sssi_exudyn.bodies.ski.ski import ski_named, ski_to_table
 from sssi_exudyn.contact.registry import PAPER_TERMS, combine_terms
 from sssi_exudyn.contact.term import parameters
-from sssi_exudyn.core.choices import HeadingMode, Method
+from sssi_exudyn.core.choices import HeadingMode, Keep, Method
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.model.heading import Heading, check_heading
 from sssi_exudyn.model.model import Model
@@ -24,6 +24,7 @@ from sssi_exudyn.sweeps.design import Axis, points_of
 from sssi_exudyn.sweeps.file import SweepFile, Task, Tier
 from sssi_exudyn.sweeps.outputs import Column, columns_of, usual_outputs
 from sssi_exudyn.sweeps.parameters import Parameter, parameters_of, parameters_of_turn
+from sssi_exudyn.sweeps.what_ifs import COLUMNS, USUAL, check_numbers, declared_numbers, result_hashes
 
 SKI: Final = "ski"
 """Key of a ski's hash among those of files."""
@@ -37,12 +38,13 @@ class Job:
 
         identity : hash of the whole sweep
         versions : versions of the program and of the packages that it uses
-        recordings : folders, or skis;  hashes : hash of each recording's files, or of the ski
+        recordings : folders of recordings or results, or skis;  hashes : hash of each recording's files, or of the ski
         model : a ``model.toml``, None for the recorded skier's own model
     terms : additional force terms
         duration : s of each run from its start, None for whole runs
         series : whether each run's time series is kept
         heading : control of the skiers' heading; None for the model's own
+        keep : what the skier of a what-if keeps
         plugins : plug-ins named by the user, from which the terms come
     """
 
@@ -58,6 +60,7 @@ class Job:
     duration: float | None
     series: bool
     heading: HeadingMode | None = None
+    keep: Keep = "path"
     plugins: tuple[Plugin, ...] = ()
 
 
@@ -116,6 +119,12 @@ def plan_sweep(file: SweepFile) -> Plan:
     """
     if file.task == "turn":
         return plan_of(file, {f"{ski.name}/{SKI}": fingerprint_ski(str(ski)) for ski in file.folders})
+    if file.task == "whatif":
+        hashes = {folder: result_hashes(folder) for folder in file.folders}
+        files = {f"{folder.name}/{name}": digest for folder, of in hashes.items() for name, digest in of.items()}
+        plan = plan_of(file, files)
+        check_numbers(file, tuple(axis.name for axis in plan.axes))
+        return plan
     recordings = [read_recording(folder) for folder in file.folders]
     for recording in recordings:
         if file.task == "fit" and recording.gps is None:
@@ -141,12 +150,13 @@ def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:
         check_heading(Heading(file.heading), terms, file.path, "heading")
     axes = axes_of(file, _declared_parameters(file, model))
     points = points_of(file.design, axes)
-    columns = columns_of(file.task, file.tier, file.method)
+    columns = COLUMNS if file.task == "whatif" else columns_of(file.task, file.tier, file.method)
     outputs = _outputs(file, columns)
     shared = (
         "sweep", file.task, file.tier, file.method if file.task == "fit" else "", file.duration, model,
         [(term.name, parameters(term)) for term in file.terms], [axis.name for axis in axes],
         *([plugin.as_table() for plugin in plugins],) * bool(plugins), *([file.heading] if file.heading else []),
+        *([file.keep] if file.task == "whatif" else []),
     )  # fmt: skip
     hashes = tuple(fingerprint(_files_below(folder.name, files)) for folder in file.folders)
     bases = [fingerprint(*shared, digest) for digest in hashes]
@@ -164,6 +174,7 @@ def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:
         duration=file.duration,
         series=file.series,
         heading=file.heading,
+        keep=file.keep,
         plugins=plugins,
     )
     return Plan(file, job, axes, points, keys, columns, outputs, dict(files))
@@ -179,6 +190,8 @@ def _declared_parameters(file: SweepFile, model: Model | None) -> dict[str, Para
     """Return the parameters that the swept models declare; they all have the same parts."""
     if file.task == "turn":
         return parameters_of_turn()
+    if file.task == "whatif":
+        return declared_numbers()
     if model is None:
         return parameters_of(combine_terms(PAPER_TERMS, file.terms))
     return parameters_of((*combine_terms(model.terms, file.terms), *model.sensors))
@@ -189,4 +202,4 @@ def _outputs(file: SweepFile, columns: tuple[Column, ...]) -> tuple[str, ...]:
     for name in file.outputs:
         if name not in names:
             raise InputError(file.path, "outputs", f"no figure is called {name!r}", f"use one of: {', '.join(names)}")
-    return file.outputs or usual_outputs(file.task, file.tier)
+    return file.outputs or (USUAL if file.task == "whatif" else usual_outputs(file.task, file.tier))

@@ -46,6 +46,7 @@ from sssi_exudyn.sweeps.outputs import (
 from sssi_exudyn.sweeps.parameters import change, change_turn, is_shape, numbers_of
 from sssi_exudyn.sweeps.plan import SKI, Job, SweepRun, fingerprint_ski
 from sssi_exudyn.sweeps.records import DONE, Record, claim, is_recorded, write_record, write_series
+from sssi_exudyn.sweeps.what_ifs import answer_figures
 
 BUSY = "busy"
 Shape = tuple[tuple[str, float | str], ...]
@@ -65,7 +66,7 @@ def perform_run(folder: Path, job: Job, run: SweepRun) -> str:
     _check_process(folder, job)
     if job.task == "turn":
         _read_ski(job.recordings[run.recording], job.hashes[run.recording])
-    else:
+    elif job.task != "whatif":
         _read_recording(job.recordings[run.recording], job.hashes[run.recording])
     return do_once(folder, run, lambda: record_of(job, run, folder))
 
@@ -165,7 +166,10 @@ def _check_process(folder: Path, job: Job) -> None:
 
 
 def _compute(job: Job, run: SweepRun) -> tuple[Figures, AnyRun | None]:
-    """Return the figures of the run, and the simulation unless it is a fit or a turn."""
+    """Return the figures of the run, and the simulation where it is one."""
+    if job.task == "whatif":
+        place = job.recordings[run.recording], job.hashes[run.recording]
+        return answer_figures(*place, dict(run.values), job.keep, job.duration), None
     numbers = numbers_of(dict(run.values))
     if job.task == "turn":
         ski, case = change_turn(_read_ski(job.recordings[run.recording], job.hashes[run.recording]), numbers)

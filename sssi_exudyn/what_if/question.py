@@ -195,7 +195,8 @@ class Question:
     def weighed(self, derivatives: Array) -> Array:
         """Return W times derivatives (n, ``FIGURES``, k) of the figures."""
         rows = np.einsum("nrj,njk->nrk", self.weights, derivatives)
-        return np.asarray(rows.reshape(-1, derivatives.shape[-1]))
+        samples, kept, count = rows.shape
+        return np.asarray(rows.reshape(samples * kept, count))
 
     def linearise(self, unknowns: Array, played: Played) -> Array:
         """Return the derivatives (n, ``FIGURES``, size) of the figures at the samples by the unknowns."""

@@ -38,6 +38,10 @@ class RecordedRun:
     model: Model
     motion: Motion
 
+    def until(self, stop: float) -> RecordedRun:
+        """Return the run up to ``stop`` (s), or all of it where it is shorter."""
+        return replace(self, motion=replace(self.motion, stop=min(stop, self.motion.stop)))
+
 
 def recorded_run(stored: StoredRun, folder: Path) -> RecordedRun:
     """Return the run of the result in ``folder``.
