@@ -60,12 +60,13 @@ class Stricter:
 class WhatIf:
     """The answer.
 
+    fastest : whether the skier hurries as far as his limits let him
     compared_until_s : instant of the recorded run at whose place both runs are compared: its end, or the last place
         that the asked run comes to, where ``comes_to_the_end`` is false
     seconds_lost : at that place
     seconds_low, seconds_high : 90 % interval from the covariance of the fit
     stricter : what a stricter skier makes of it, as how strictly a path is kept has no source; null where no path is
-        kept
+        kept, and for the fastest run
     seconds_per_unit : derivative of ``seconds_lost`` by each number of the model, in the number's unit
     moment_unchanged_Nm : residual moment (rms) of the recorded movement on the asked model
     full_end_m, recorded_full_end_m : distance of the full model's centre of mass from the reduced one's at the end, of
@@ -75,6 +76,7 @@ class WhatIf:
     format: Literal[1]
     recording: str
     keep: Keep
+    fastest: bool
     changes: Mapping[str, str | float]
     skiable: bool
     reasons: tuple[str, ...]
@@ -111,7 +113,7 @@ def answer_of(
 ) -> WhatIf:
     """Return the answer.
 
-    strict : solution of ``question.stricter()``; None where no path is kept
+    strict : solution of ``question.stricter()``; None where no path is kept, and for the fastest run
     fitted : names (k,) of the recorded model's fitted numbers, and their covariance (k, k)
     ends : ``full_end_m`` and ``recorded_full_end_m`` of ``WhatIf``
     """
@@ -130,6 +132,7 @@ def answer_of(
         format=1,
         recording=recording,
         keep=question.keep,
+        fastest=question.worth > 0.0,
         changes=changes,
         skiable=not reasons,
         reasons=reasons,
@@ -251,7 +254,7 @@ def reasons_of(solution: Solution) -> tuple[str, ...]:
     off = float(np.max(np.abs(off_path(question, played))))
     if question.keep == "path" and off > FAR:
         reasons.append(f"the path is missed by {off:.1f} m")
-    if not solution.converged:
+    if not solution.converged and question.worth == 0.0:  # in a hurry, any run within the limits will do
         reasons.append("no balanced movement was reached")
     return tuple(reasons)
 
@@ -278,9 +281,10 @@ def lines_of(answer: WhatIf) -> list[str]:
     until = "" if answer.comes_to_the_end else f" until {answer.compared_until_s:.1f} s"
     seconds = f"{_lost(answer.seconds_lost)}{until} (90 % interval of the loss {answer.seconds_low:.2f} to "
     seconds += f"{answer.seconds_high:.2f} s)"
+    hurry = ", as fast as the limits let him" if answer.fastest else ""
     departs = ", ".join(f"{part.name} {part.largest:.2g} {part.unit}" for part in answer.corrections)
     lines = [
-        f"{answer.recording}, {asked}, keeping the {answer.keep}: {seconds}",
+        f"{answer.recording}, {asked}, keeping the {answer.keep}{hurry}: {seconds}",
         f"departs from the captured posture by at most: {departs or 'nothing'}",
         f"off the recorded path: {answer.off_path_rms_m:.2f} m rms, {answer.off_path_largest_m:.2f} m at most",
         f"residual moment: {answer.recorded.residual_moment_rms_Nm:.0f} N m recorded, "

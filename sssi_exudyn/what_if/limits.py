@@ -75,7 +75,8 @@ def run_figures(played: Played) -> RunFigures:
 
 def moment_rms(played: Played) -> float:
     """Return the residual moment at the pelvis, rms over the run, N m."""
-    settled = played.times >= played.times[0] + SETTLING
+    times = played.times
+    settled = (times >= times[0] + SETTLING) & (times <= times[-1] - SETTLING)
     return float(np.sqrt(np.mean(np.sum(played.figures[settled, MOMENT] ** 2, axis=1))))
 
 

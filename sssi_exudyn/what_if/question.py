@@ -2,7 +2,9 @@
 
 The unknowns u are amplitudes of B-splines over the recorded clock: of each correction in its scale, then of the pace.
 
-    r(u) = [W (figures(u) − figures recorded), u],   ½ |r|² least
+    r(u) = [W (figures(u) − figures recorded), u],   ½ |r|² + w T least
+
+T is the own time of the last sample, and the worth w of a second is zero but for a skier in a hurry.
 """
 
 from __future__ import annotations
@@ -98,12 +100,14 @@ class Question:
     """A recorded run, the model that is asked about, and what the skier keeps.
 
     The skier reacts from ``LOOK_AHEAD`` before the recorded movement first plays differently on the asked model.  Least
-    squares over the whole run would otherwise have him faster all the way to a patch of slow snow.
+    squares over the whole run would otherwise have him faster all the way to a patch of slow snow.  With
+    ``throughout`` he may change his run from its start on.
 
     Raises SimulationDiverged when the recorded movement cannot be simulated on the recorded or on the asked model.
     """
 
-    def __init__(self, recorded: RecordedRun, asked: Model, keep: Keep) -> None:
+    def __init__(self, recorded: RecordedRun, asked: Model, keep: Keep, *, throughout: bool = False) -> None:
+        self.worth = 0.0
         self.recorded, self.asked, self.keep = recorded, asked, keep
         motion = recorded.motion
         self.nodes = nodes_of(motion.start, motion.stop)
@@ -118,7 +122,14 @@ class Question:
             self.intent.corrections, PostureMap(Parts(recorded.model, motion), self.as_recorded.prepared.time)
         )
         self.weights = weights_of(keep, self.samples, self.way)
-        self.supports = Supports(motion.start, motion.stop, self._met() - LOOK_AHEAD)
+        begin = motion.start if throughout else self._met() - LOOK_AHEAD
+        self.supports = Supports(motion.start, motion.stop, begin)
+
+    def hurried(self, worth: float) -> Question:
+        """Return the same question for a skier to whom each second is worth so much of ½ |r|²."""
+        other = copy(self)
+        other.worth = worth
+        return other
 
     def stricter(self) -> Question:
         """Return the same question for a skier who keeps his path to ``STRICT_PATH_SIGMA``."""
@@ -186,6 +197,11 @@ class Question:
         """Return r."""
         apart = np.einsum("nrk,nk->nr", self.weights, played.figures - self.as_recorded.figures)
         return np.concatenate([apart.ravel(), unknowns])
+
+    def cost(self, unknowns: Array, played: Played) -> float:
+        """Return ½ |r|² + w T."""
+        residual = self.residual(unknowns, played)
+        return 0.5 * float(residual @ residual) + self.worth * float(played.times[-1] - self.samples[-1])
 
     def jacobian(self, by_unknown: Array) -> Array:
         """Return dr/du from the figures' derivatives (n, ``FIGURES``, size)."""
