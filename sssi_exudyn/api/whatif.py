@@ -29,7 +29,6 @@ def whatif(
     changes: Annotated[Sequence[str], Option("--set", metavar="NAME=VALUE")] = (),
     ski: str | None = None,
     keep: Keep = "path",
-    fastest: bool = False,
     reduced: bool = False,
     plugins: Plugins = (),
     progress: ProgressWanted = False,
@@ -42,8 +41,8 @@ def whatif(
     out : folder of the answer.  Without one, Python writes nothing.
     changes : numbers to change, such as friction.mu_t=0.12, skier.mass=90, slope.inclination_deg=19, start.speed=9
     ski : another ski, of the catalogue or a .toml file
-    keep : what the skier keeps.  It is ``"movement"``, ``"path"``, ``"rhythm"`` or ``"speed"``.
-    fastest : have the skier change line and stance until a limit stops him, to be as fast as he can on his path
+    keep : what the skier keeps.  It is ``"movement"``, ``"path"``, ``"rhythm"``, ``"speed"``, or ``"line"``: a path as
+        fast as his limits allow.
     reduced : leave out the full model that confirms the answer
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
@@ -62,6 +61,4 @@ def whatif(
 
     use_plugins(plugins)
     asked = read_changes(changes)
-    return ask(
-        Path(run), path_of(out), asked, ski, keep, hurry=fastest, reduced=reduced, progress=progress_of(progress)
-    )
+    return ask(Path(run), path_of(out), asked, ski, keep, reduced=reduced, progress=progress_of(progress))

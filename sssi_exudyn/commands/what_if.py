@@ -28,11 +28,11 @@ from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.sweeps.asked_model import COMMAND, change_model
 from sssi_exudyn.what_if.answer import WhatIf, answer_of, off_path, seconds_lost
-from sssi_exudyn.what_if.fastest import fastest
+from sssi_exudyn.what_if.fastest import solutions
 from sssi_exudyn.what_if.intent import SPEED
 from sssi_exudyn.what_if.question import Played, Question
 from sssi_exudyn.what_if.recorded_run import recorded_run
-from sssi_exudyn.what_if.solve import Solution, solve
+from sssi_exudyn.what_if.solve import Solution
 
 RECORDED: Final = "recorded"
 """Folder within an answer: the result of the recording's fit."""
@@ -64,30 +64,22 @@ def ask(
     ski: str | None,
     keep: Keep,
     *,
-    hurry: bool,
     reduced: bool,
     progress: Progress,
 ) -> WhatIf:
     """Answer a what-if of the result or recording in ``folder``, and write it into ``out`` if given.
 
-    hurry : have the skier be as fast as his limits let him
     reduced : leave out the full model
 
     Raises InputError for bad input, and SimulationDiverged when the asked model cannot play the recorded movement.
     """
-    if hurry and keep != "path":
-        problem = f"without a path to keep, the fastest run goes straight down, and {keep} is to be kept"
-        raise InputError(COMMAND, "--fastest", problem, "leave out --keep, or --fastest")
     with lock_of(out):
         stored = _stored(folder, out, progress)
         recorded = recorded_run(stored, folder)
         asked = change_model(recorded.model, changes, ski)
         with progress.stage("what if") as stage:
-            question = Question(recorded, asked, keep, throughout=hurry)
-            solution = fastest(question, stage.advance) if hurry else solve(question, stage.advance)
-            strict = None
-            if keep == "path" and not hurry:
-                strict = solve(question.stricter(), stage.advance, nearby=solution)
+            question = Question(recorded, asked, keep)
+            solution, strict = solutions(question, stage.advance)
         ends: tuple[float | None, float | None] = (None, None)
         if not reduced:
             with progress.stage("full model"):
@@ -98,7 +90,6 @@ def ask(
             "keep": keep,
             "changes": named,
             **({"reduced": True} if reduced else {}),
-            **({"fastest": True} if hurry else {}),
         }
         origin = convert(provenance(stored.summary.provenance.inputs, settings, seed=None), Provenance)
         answer = answer_of(solution, strict, stored.name, named, _covariance(stored, recorded.model), ends, origin)

@@ -31,7 +31,7 @@ Power = Literal[2, 3]
 POWERS: Final[tuple[Power, ...]] = get_args(Power)
 Cluster = Literal["local", "slurm"]
 """The Dask cluster that a sweep starts."""
-Keep = Literal["movement", "path", "rhythm", "speed"]
+Keep = Literal["movement", "path", "rhythm", "speed", "line"]
 """What a skier keeps of his recorded run on other snow or another ski."""
 KEEPS: Final[tuple[Keep, ...]] = get_args(Keep)
 Sex = Literal["male", "female"]

@@ -24,11 +24,12 @@ from sssi_exudyn.sweeps.parameters import SKIS, Parameter, Values
 from sssi_exudyn.terrain.file import FILE as SURFACE
 from sssi_exudyn.what_if.answer import departures, last_passed, off_path, reasons_of, seconds_lost
 from sssi_exudyn.what_if.corrections import EDGING, FORE_AFT, LEAN, PLOUGH, STEERING
+from sssi_exudyn.what_if.fastest import solutions
 from sssi_exudyn.what_if.intent import STRICT_PATH_SIGMA
 from sssi_exudyn.what_if.limits import run_figures
 from sssi_exudyn.what_if.question import Question
 from sssi_exudyn.what_if.recorded_run import RecordedRun, recorded_run
-from sssi_exudyn.what_if.solve import Solution, solve
+from sssi_exudyn.what_if.solve import Solution
 
 _NEEDED: Final = (SUMMARY, MODEL, SERIES, SKELETON)
 _KEPT: Final = 4
@@ -91,9 +92,7 @@ def answer_figures(folder: str, digest: str, values: Values, keep: Keep, duratio
     changes = {name: float(value) for name, value in values.items() if name != SKIS}
     ski = values.get(SKIS)
     question = Question(recorded, change_model(recorded.model, changes, None if ski is None else str(ski)), keep)
-    solution = solve(question)
-    strict = solve(question.stricter(), nearby=solution) if keep == "path" else None
-    return _figures(solution, strict)
+    return _figures(*solutions(question))
 
 
 def _figures(solution: Solution, strict: Solution | None) -> Figures:

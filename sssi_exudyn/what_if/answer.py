@@ -60,13 +60,12 @@ class Stricter:
 class WhatIf:
     """The answer.
 
-    fastest : whether the skier hurries as far as his limits let him
     compared_until_s : instant of the recorded run at whose place both runs are compared: its end, or the last place
         that the asked run comes to, where ``comes_to_the_end`` is false
     seconds_lost : at that place
     seconds_low, seconds_high : 90 % interval from the covariance of the fit
-    stricter : what a stricter skier makes of it, as how strictly a path is kept has no source; null where no path is
-        kept, and for the fastest run
+    stricter : what a stricter skier makes of it, as how strictly a path is kept has no source; null where none is
+        kept so
     seconds_per_unit : derivative of ``seconds_lost`` by each number of the model, in the number's unit
     moment_unchanged_Nm : residual moment (rms) of the recorded movement on the asked model
     full_end_m, recorded_full_end_m : distance of the full model's centre of mass from the reduced one's at the end, of
@@ -76,7 +75,6 @@ class WhatIf:
     format: Literal[1]
     recording: str
     keep: Keep
-    fastest: bool
     changes: Mapping[str, str | float]
     skiable: bool
     reasons: tuple[str, ...]
@@ -113,7 +111,7 @@ def answer_of(
 ) -> WhatIf:
     """Return the answer.
 
-    strict : solution of ``question.stricter()``; None where no path is kept, and for the fastest run
+    strict : solution of ``question.stricter()``; None where none is kept so
     fitted : names (k,) of the recorded model's fitted numbers, and their covariance (k, k)
     ends : ``full_end_m`` and ``recorded_full_end_m`` of ``WhatIf``
     """
@@ -132,7 +130,6 @@ def answer_of(
         format=1,
         recording=recording,
         keep=question.keep,
-        fastest=question.worth > 0.0,
         changes=changes,
         skiable=not reasons,
         reasons=reasons,
@@ -252,7 +249,7 @@ def reasons_of(solution: Solution) -> tuple[str, ...]:
     ]
     reasons += beyond(run_figures(played), run_figures(question.as_recorded), played.model.skier.sex)
     off = float(np.max(np.abs(off_path(question, played))))
-    if question.keep == "path" and off > FAR:
+    if question.keep in ("path", "line") and off > FAR:
         reasons.append(f"the path is missed by {off:.1f} m")
     if not solution.converged and question.worth == 0.0:  # in a hurry, any run within the limits will do
         reasons.append("no balanced movement was reached")
@@ -281,7 +278,7 @@ def lines_of(answer: WhatIf) -> list[str]:
     until = "" if answer.comes_to_the_end else f" until {answer.compared_until_s:.1f} s"
     seconds = f"{_lost(answer.seconds_lost)}{until} (90 % interval of the loss {answer.seconds_low:.2f} to "
     seconds += f"{answer.seconds_high:.2f} s)"
-    hurry = ", as fast as the limits let him" if answer.fastest else ""
+    hurry = ", as fast as the limits let him" if answer.keep == "line" else ""
     departs = ", ".join(f"{part.name} {part.largest:.2g} {part.unit}" for part in answer.corrections)
     lines = [
         f"{answer.recording}, {asked}, keeping the {answer.keep}{hurry}: {seconds}",

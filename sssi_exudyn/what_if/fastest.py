@@ -2,9 +2,9 @@
 
     ½ |r|² + w T least
 
-T is the time at the end, and w the worth of a second.  A skier to whom time is worth more leans and steers further from
-what he did, cuts turns within his path's scale, and is less well balanced.  The worth grows until something is beyond
-its limit.
+T is how much later he comes to the end of the path, and w the worth of a second.  A skier to whom time is worth more
+leans and steers further from what he did, cuts turns within his path's scale, and is less well balanced.  The worth
+grows until something is beyond its limit.
 """
 
 from __future__ import annotations
@@ -28,6 +28,17 @@ _MOST: Final = 5
 """Rounds for each worth; the next one goes on from there."""
 _HALVINGS: Final = 2
 """Steps between a worth within the limits and one beyond them: to a factor of 1.4."""
+
+
+def solutions(question: Question, progress: Advance = silent) -> tuple[Solution, Solution | None]:
+    """Return the solution of a question, and that of a stricter skier where a path is kept.
+
+    Raises SimulationDiverged when the asked model cannot play the recorded movement.
+    """
+    if question.keep == "line":
+        return fastest(question, progress), None
+    solution = solve(question, progress)
+    return solution, solve(question.stricter(), progress, nearby=solution) if question.keep == "path" else None
 
 
 def fastest(question: Question, progress: Advance = silent) -> Solution:

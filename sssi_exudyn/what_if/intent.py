@@ -62,6 +62,7 @@ class Intent:
 INTENTS: Final[Mapping[Keep, Intent]] = {
     "movement": Intent((), False, "the recorded movement, whatever comes of it"),
     "path": Intent((*_BODY, STEERING), True, "the recorded path; the speed along it is free"),
+    "line": Intent((*_BODY, STEERING), True, "the recorded path, as fast as the limits let him"),
     "rhythm": Intent((*_BODY, STEERING, EDGING), False, "turn times and edge angles; the path is free"),
     "speed": Intent((*_BODY, STEERING, EDGING), False, "the recorded speed at each instant; the path is free"),
 }
@@ -87,7 +88,7 @@ def weights_of(keep: Keep, samples: Array, way: Array, path_sigma: float = PATH_
     moments = np.zeros((len(samples), 3, FIGURES))
     moments[:, range(3), range(MOMENT.start, MOMENT.stop)] = inner[:, None] / MOMENT_SIGMA
     kept = np.zeros((len(samples), 2, FIGURES))
-    if keep == "path":
+    if keep in ("path", "line"):
         kept[:, 0, PLACE] = way / ALONG_SIGMA
         kept[:, 1, PLACE] = np.column_stack([-way[:, 1], way[:, 0]]) / path_sigma
     elif keep == "rhythm":

@@ -4,7 +4,8 @@ The unknowns u are amplitudes of B-splines over the recorded clock: of each corr
 
     r(u) = [W (figures(u) − figures recorded), u],   ½ |r|² + w T least
 
-T is the own time of the last sample, and the worth w of a second is zero but for a skier in a hurry.
+T is how much later the skier passes the end of the recorded path, and the worth w of a second is zero but for a skier
+in a hurry.
 """
 
 from __future__ import annotations
@@ -35,7 +36,9 @@ from sssi_exudyn.what_if.intent import (
     LOOK_AHEAD,
     MOMENT,
     NOTICED,
+    PLACE,
     SAMPLING,
+    SPEED,
     STRICT_PATH_SIGMA,
     Intent,
     intent_of,
@@ -100,13 +103,13 @@ class Question:
     """A recorded run, the model that is asked about, and what the skier keeps.
 
     The skier reacts from ``LOOK_AHEAD`` before the recorded movement first plays differently on the asked model.  Least
-    squares over the whole run would otherwise have him faster all the way to a patch of slow snow.  With
-    ``throughout`` he may change his run from its start on.
+    squares over the whole run would otherwise have him faster all the way to a patch of slow snow.  A
+    skier who keeps his line to be fast may change his run from its start on.
 
     Raises SimulationDiverged when the recorded movement cannot be simulated on the recorded or on the asked model.
     """
 
-    def __init__(self, recorded: RecordedRun, asked: Model, keep: Keep, *, throughout: bool = False) -> None:
+    def __init__(self, recorded: RecordedRun, asked: Model, keep: Keep) -> None:
         self.worth = 0.0
         self.recorded, self.asked, self.keep = recorded, asked, keep
         motion = recorded.motion
@@ -122,7 +125,7 @@ class Question:
             self.intent.corrections, PostureMap(Parts(recorded.model, motion), self.as_recorded.prepared.time)
         )
         self.weights = weights_of(keep, self.samples, self.way)
-        begin = motion.start if throughout else self._met() - LOOK_AHEAD
+        begin = motion.start if keep == "line" else self._met() - LOOK_AHEAD
         self.supports = Supports(motion.start, motion.stop, begin)
 
     def hurried(self, worth: float) -> Question:
@@ -139,7 +142,7 @@ class Question:
 
     @cached_property
     def intent(self) -> Intent:
-        """What the skier keeps, and by which corrections."""
+        """Return what the skier keeps, and by which corrections."""
         left, right = np.moveaxis(self.as_recorded.prepared.foot_rotation[:, :, :2, 0], 1, 0)
         across = left[:, 0] * right[:, 1] - left[:, 1] * right[:, 0]
         # from the left ski to the right one anticlockwise, seen from above: tips together
@@ -201,7 +204,17 @@ class Question:
     def cost(self, unknowns: Array, played: Played) -> float:
         """Return ½ |r|² + w T."""
         residual = self.residual(unknowns, played)
-        return 0.5 * float(residual @ residual) + self.worth * float(played.times[-1] - self.samples[-1])
+        return 0.5 * float(residual @ residual) + self.worth * self.later_at_end(played)
+
+    def later_at_end(self, played: Played) -> float:
+        """Return T, s: by how much the last sample is later, and what is left from there to the end of the path."""
+        ahead = (played.figures[-1] - self.as_recorded.figures[-1])[PLACE] @ self.way[-1]
+        return float(played.times[-1] - self.samples[-1] - ahead / played.figures[-1, SPEED][0])
+
+    def later_at_end_by(self, by_unknown: Array, played: Played) -> Array:
+        """Return the derivatives (size,) of T; that of the speed acts on the centimetres that are left alone."""
+        ahead = np.einsum("c,ck->k", self.way[-1], by_unknown[-1, PLACE])
+        return np.asarray(self.later(played)[-1] - ahead / played.figures[-1, SPEED][0])
 
     def jacobian(self, by_unknown: Array) -> Array:
         """Return dr/du from the figures' derivatives (n, ``FIGURES``, size)."""

@@ -62,7 +62,8 @@ def solve(
     while not converged and rounds < most:
         rounds += 1
         jacobian = question.jacobian(by_unknown)
-        slope = jacobian.T @ question.residual(unknowns, played) + question.worth * question.later(played)[-1]
+        slope = jacobian.T @ question.residual(unknowns, played)
+        slope = slope + question.worth * question.later_at_end_by(by_unknown, played)
         step, tried, value = _step(question, unknowns, (cost, slope), jacobian)
         if tried is None:
             converged = not np.any(step)

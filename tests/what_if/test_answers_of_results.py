@@ -65,7 +65,7 @@ def test_the_movement_alone_need_not_come_to_the_end(result: Path) -> None:
         ({"recordings": [str(EXAMPLES / "beginner")]}, "this folder is none"),
         ({"parameter": [{"name": "posture_air.c_d", "values": [1.0]}]}, "has no number"),
         ({"tier": "full"}, 'tier: it means nothing to task = "whatif"'),
-        ({"keep": "pace"}, "use one of: movement, path, rhythm, speed"),
+        ({"keep": "pace"}, "use one of: movement, path, rhythm, speed, line"),
         ({"task": "simulate", "keep": "path"}, 'write task = "whatif"'),
     ],
 )
