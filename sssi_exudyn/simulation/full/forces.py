@@ -35,11 +35,11 @@ from sssi_exudyn.simulation.ski_on_snow import edge as edge_kernel
 from sssi_exudyn.simulation.ski_on_snow import edge_point, point
 from sssi_exudyn.simulation.ski_on_snow import groove as groove_kernel
 from sssi_exudyn.simulation.ski_on_snow import ground as ground_kernel
-from sssi_exudyn.simulation.ski_on_snow.groove import Groove
 from sssi_exudyn.simulation.ski_on_snow.structs import (
     Carrier,
     CuttingEdges,
     ForcePass,
+    Groove,
     Instant,
     Sections,
     Triplets,

@@ -15,8 +15,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.simulation.reduced.carved_steps_kernel import CarvedSystem, CarvedWork
 from sssi_exudyn.simulation.reduced.carved_tangents_kernel import AT, BENT, FORCE, CarvedRoom
 from sssi_exudyn.simulation.ski_on_snow.edge import EdgeLines
-from sssi_exudyn.simulation.ski_on_snow.groove import Groove
-from sssi_exudyn.simulation.ski_on_snow.structs import TangentInputs
+from sssi_exudyn.simulation.ski_on_snow.structs import Groove, TangentInputs
 
 _ITERATIONS: Final = 200
 _REST: Final = 1e-7

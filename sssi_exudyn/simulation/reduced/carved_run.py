@@ -33,9 +33,8 @@ from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, first_
 from sssi_exudyn.simulation.result import side_reserve
 from sssi_exudyn.simulation.ski_on_snow.boot_joint import BootJoint, boot_joint
 from sssi_exudyn.simulation.ski_on_snow.edge import EdgeWork
-from sssi_exudyn.simulation.ski_on_snow.groove import Groove
 from sssi_exudyn.simulation.ski_on_snow.heading_kernel import SolvedHeading
-from sssi_exudyn.simulation.ski_on_snow.structs import PrescribedMotion, ReducedSeries
+from sssi_exudyn.simulation.ski_on_snow.structs import Groove, PrescribedMotion, ReducedSeries
 
 COARSE_POINTS: Final = 50
 """Contact points on each edge where steps are coarse: a ski goes on by less than their distance, too."""

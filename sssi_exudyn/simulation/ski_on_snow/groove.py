@@ -5,41 +5,12 @@ the formulas of ``edge_point``.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
-import numpy as np
-
-from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.simulation.ski_on_snow.structs import Groove
 
 arriving_memory: Callable[..., tuple[float, float]]
 arriving_memory_linearisation: Callable[..., None]
-
-
-class Groove(NamedTuple):
-    """The snow's memory along both edges: depth of the groove and offset from its wall, each (2, m) m.
-
-    groove, offset : as the last step left them
-    speed, drift : (2, m) m/s of the points along and across their edges then
-    arrived_groove, arrived_offset : as they arrive at the points by the end of this step
-    next_groove, next_offset, next_speed, next_drift : as this step would leave them
-    """
-
-    groove: Array
-    offset: Array
-    speed: Array
-    drift: Array
-    arrived_groove: Array
-    arrived_offset: Array
-    next_groove: Array
-    next_offset: Array
-    next_speed: Array
-    next_drift: Array
-
-    @classmethod
-    def fresh(cls, *shape: int) -> Groove:
-        """Return the memory of fresh snow: arrays of that shape, (2, m) for a ski and (2, 2, m) for both."""
-        return cls(*np.zeros((len(cls._fields), *shape)))
 
 
 @njit(cache=True, error_model="numpy")

@@ -23,7 +23,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantity
 from sssi_exudyn.simulation.reduced.edge_setup import MODES, POINTS, bending_edges, carving_module
 from sssi_exudyn.simulation.ski_on_snow.edge import EdgeSki, EdgeWork
-from sssi_exudyn.simulation.ski_on_snow.groove import Groove
+from sssi_exudyn.simulation.ski_on_snow.structs import Groove
 from sssi_exudyn.simulation.turns.turn_kernel import Turn, TurnState
 
 _FIRST_EDGE: Final = np.radians(10.0)

@@ -8,7 +8,7 @@ import pytest
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.simulation.reduced.edge_setup import carving_module
 from sssi_exudyn.simulation.ski_on_snow.edge import EdgeSki
-from sssi_exudyn.simulation.ski_on_snow.groove import Groove
+from sssi_exudyn.simulation.ski_on_snow.structs import Groove
 
 KERNEL = carving_module()
 

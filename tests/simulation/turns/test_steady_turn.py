@@ -14,7 +14,6 @@ from sssi_exudyn.bodies.ski.ski import Profile, Ski, catalogue, read_ski
 from sssi_exudyn.contact.codegen.compiled import law_parameters
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.simulation.reduced.edge_setup import carving_module
-from sssi_exudyn.simulation.ski_on_snow.edge import SkiPose
 from sssi_exudyn.simulation.turns.steady_turn import (
     NoSteadyTurn,
     Rolling,
@@ -171,7 +170,7 @@ def test_derivatives_of_the_edges_forces_are_those_of_differences() -> None:
 
     def force(moved: np.ndarray) -> np.ndarray:
         place, turned = moved[:3], _frame(moved[5], moved[4], moved[3])
-        pose = SkiPose(
+        pose = kernel.SkiPose(
             float(on.state.sought[2] + place[2]),
             (10.0 + place[0], float(on.state.sought[0] + place[1]), float(place[2])),
             turned @ frame,
