@@ -19,7 +19,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
-from scipy.stats import chi2
+from scipy.special import chdtri  # chi2.isf; all of scipy.stats takes half a second to load
 
 from sssi_exudyn.core.frames import Array
 
@@ -84,7 +84,7 @@ def tail_weight(square: Array, dimensions: int) -> Array:
 
     Source: Huber and Ronchetti, Robust Statistics (2009), 4.8, redescending estimates.
     """
-    return np.minimum(1.0, float(chi2.isf(_RARE, dimensions)) / np.maximum(square, 1e-12))
+    return np.minimum(1.0, float(chdtri(dimensions, _RARE)) / np.maximum(square, 1e-12))
 
 
 def whiten(time: Array, residual: Array, noise: ExponentialNoise) -> Array:

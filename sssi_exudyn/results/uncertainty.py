@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from sssi_exudyn.fitting.misfit import why_unidentified
 from sssi_exudyn.fitting.parameters import MASS, snow_beforehand
@@ -31,7 +31,7 @@ def uncertainty_figures(posterior: Posterior) -> UncertaintyFigures:
     sources = [*(_words(error, setting.motion.start, setting.motion.stop) for error in setting.errors), MASS]
     corrections += [Correction(words, float(size)) for words, size in zip(sources, posterior.sizes, strict=True)]
     corrections.sort(key=lambda correction: -abs(correction.sigmas))
-    half = norm.ppf(0.95)
+    half = ndtri(0.95)
     intervals, shares = {}, {}
     withheld = why_unidentified(posterior) or None
     for name in snow_numbers if withheld is None else ():

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.parquet import read_parquet
@@ -15,7 +15,7 @@ from sssi_exudyn.io.typed import read_table
 from sssi_exudyn.results.folder import SUMMARY, TURNS
 
 TECHNIQUES: Final = ("carving", "skidding", "wedge")
-_HALF: Final = float(norm.ppf(0.95))
+_HALF: Final = float(ndtri(0.95))
 """Standard errors of half a 90 % interval."""
 
 
