@@ -7,6 +7,7 @@ The beam's axis is taken on the running surface: its distance from the mid-plane
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -89,6 +90,7 @@ class BeamMesh:
         return result
 
 
+@lru_cache(maxsize=16)  # an estimate asks a hundred times for that of one ski
 def mesh(ski: Ski, elements: int = 50, contacts: int = CONTACTS, *, cutting: bool = False) -> BeamMesh:
     """Cut a ski into ``elements`` pieces, with ``contacts`` points on each edge.
 

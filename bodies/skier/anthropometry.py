@@ -23,7 +23,7 @@ import numpy as np
 
 from sssi_exudyn.bodies.skier.chain import SEGMENT, SEGMENTS, Geometry
 from sssi_exudyn.core.choices import SEXES
-from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.frames import Array, cross
 from sssi_exudyn.core.quantity import quantity
 
 TABLE: Final = Path(__file__).with_name("de_leva_1996.toml")
@@ -166,7 +166,7 @@ def _about_axis(moments: Array, direction: Array) -> Array:
     z = direction / np.linalg.norm(direction)
     z = z if z[2] >= 0.0 else -z
     x = np.array([1.0, 0.0, 0.0]) - z[0] / (1.0 + z[2]) * np.array([z[0], z[1], 1.0 + z[2]])
-    axes = np.stack([x, np.cross(z, x), z], axis=1)
+    axes = np.stack([x, cross(z, x), z], axis=1)
     return np.asarray(axes @ np.diag(moments) @ axes.T)
 
 

@@ -115,11 +115,11 @@ def posture_at(
         at = list(segments)
         arm = np.einsum("nkij,kj->nki", poses.rotation[:, at], places)
         spin, spin_rate = moving.angular_velocity[:, at], moving.angular_acceleration[:, at]
-        swing = np.cross(spin, arm)
+        swing = cross(spin, arm)
         return (
             poses.origin[:, at] + arm,
             moving.velocity[:, at] + swing,
-            moving.acceleration[:, at] + np.cross(spin_rate, arm) + np.cross(spin, swing),
+            moving.acceleration[:, at] + cross(spin_rate, arm) + cross(spin, swing),
         )
 
     feet = list(FEET)
