@@ -54,7 +54,7 @@ def test_a_late_clock_is_found_as_late_as_it_is() -> None:
     late = 0.15
     recording, motion = bundled("beginner")
     assert recording.gps is not None
-    recording = replace(recording, gps=replace(recording.gps, time=recording.gps.time + late))
+    recording = steady(replace(recording, gps=replace(recording.gps, time=recording.gps.time + late)))
     model = on_snow_surface(model_of(recording, motion), recording, motion)
     motion = replace(motion, start=motion.start + 0.5, stop=motion.start + 0.5 + SECONDS)
     problem = problem_of(recording, motion, model, "joint")

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from bundled import bundled
+from bundled import bundled, steady
 
 from sssi_exudyn.core.number_ref import DAMPING, EPS, EXPONENTS, MU_N, MU_T, SHARPNESS, SLIP
 from sssi_exudyn.fitting.balance import SLIP_NOISE, moment_by_slip_noise
@@ -31,7 +31,7 @@ SNOW = {"friction.mu_t": 0.19, "friction.mu_n": 0.9, "friction.eps": 0.3}
 def setting_about(about: Uncertainty) -> tuple[Model, Setting]:
     """Return the model on soft snow and what is sought of the first seconds of the intermediate skier."""
     recording, motion = bundled("intermediate")
-    recording = replace(recording, uncertainty=about)
+    recording = steady(replace(recording, uncertainty=about))
     motion = replace(motion, stop=motion.start + 6.0)
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
     return setting_of(problem.model.with_values(SNOW), problem, recording, motion)
