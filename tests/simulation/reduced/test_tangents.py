@@ -231,6 +231,23 @@ def test_runs_side_by_side_are_runs_one_by_one() -> None:
         np.testing.assert_array_equal(antenna, simulate_reduced(one, prepared).antenna)
 
 
+def test_cores_change_no_derivative(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every core linearises the run for its share of the errors; on one core a single pass serves all of them."""
+    model, motion = example()
+    prepared = prepare(model, motion, stop=motion.start + 0.3)
+    errors = [CaptureError("roll", k % 2, (0.005 * k, 0.1)) for k in range(60)]
+    changes = [
+        TableChange(partial(lambda error, tables, size: with_error(tables, error, size), error)) for error in errors
+    ]
+    slopes = []
+    for cores in (1, 2):
+        monkeypatch.setattr("os.cpu_count", lambda cores=cores: cores)
+        slopes.append(run_tangents(model, prepared, ["friction.mu_t"], changes)[1])
+    for name in FIELDS:
+        one, two = (getattr(of_cores, name) for of_cores in slopes)
+        np.testing.assert_allclose(two, one, rtol=0.0, atol=1e-12 * np.abs(one).max(), err_msg=name)  # rounding
+
+
 @pytest.mark.long
 def test_a_second_term_of_a_law_needs_no_other_kernel() -> None:
     """Forces and heights add up: where it acts as the first does, its strength does what the first's does."""
