@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -19,8 +20,11 @@ COMPILE = Path(__file__).parent / "support" / "models" / "compile_kernels.py"
 
 def pytest_configure(config: pytest.Config) -> None:
     """Stop with one line where the package's links to the model folders are missing or no links; a source distribution,
-    which holds none, gets them.
+    which holds none, gets them.  A worker has one core, as others have the rest: threads of its own would only repeat
+    what passes over a run share.
     """
+    if hasattr(config, "workerinput"):
+        os.cpu_count = lambda: 1
     if not (PACKAGE.parent / ".git").exists():
         for name in ("bodies", "contact", "fitting", "validation"):
             if not (PACKAGE / name).exists():
