@@ -49,10 +49,11 @@ def test_what_is_left_over_in_roll_is_what_inverse_dynamics_find() -> None:
 @pytest.mark.long
 def test_a_skier_who_would_fall_leans() -> None:
     """Skis edged to the left under an upright skier: their turn would throw him over to the outside."""
-    edged = standing(1.0, hip_adduction_l=0.12, hip_adduction_r=-0.14)
+    seconds = 0.6
+    edged = standing(seconds, hip_adduction_l=0.12, hip_adduction_r=-0.14)
     tried = model((Carving(mu=0.05),), speed=8.0)
     balanced = balance(tried, edged)
-    assert len(balanced.before) == round(1.0 / WINDOW)
+    assert len(balanced.before) == round(seconds / WINDOW)
     rms = [np.sqrt(np.mean(moment**2)) for moment in (balanced.before, balanced.after)]
     assert rms[1] < 0.5 * rms[0]
     assert 0.01 < np.abs(balanced.lean).max() < 0.5
