@@ -64,11 +64,14 @@ from sssi_exudyn.validation.diagnosis.state import (
     noise_whitener,
     remove,
 )
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 from sssi_exudyn.validation.diagnosis.wording.description import verdict_of
 
 ROOT = Path(__file__).parents[3]
 SCHEMA = ROOT / "validation" / "diagnosis" / "diagnosis.schema.json"
 FEW = [BY_NAME[name] for name in ("gps_jump", "unexplained_force")]
+FEWER_WORLDS = replace(THRESHOLDS, worlds=1000)
+"""What the diagnosis learns from simulated runs is tested in ``worlds``; here it has to be there, however coarse."""
 KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "noise"}
 
 
@@ -92,7 +95,7 @@ def shown(diagnosis: Diagnosis) -> str:
 
 
 def diagnose_case(made: Made, tmp_path: Path) -> tuple[Case, dict[str, Any]]:
-    diagnosed = diagnose(made.recording, made.motion, made.model, full=False)
+    diagnosed = diagnose(made.recording, made.motion, made.model, full=False, thresholds=FEWER_WORLDS)
     diagnosis = diagnosed.diagnosis
     assert diagnosis.sentence.split(":")[0] in shown(diagnosis)
     path = tmp_path / "diagnosis.json"
@@ -440,7 +443,7 @@ def test_the_model_that_is_written_meets_the_track_as_is_claimed(base: Any, tmp_
     displaced = (recording.gps.time > motion.start + 1.5) & (recording.gps.time < motion.start + 2.5)
     enu = recording.gps.enu + np.where(displaced[:, None], [[0.6, -0.4, 0.0]], 0.0)
     displaced_recording = steady(replace(recording, gps=replace(recording.gps, enu=enu)))
-    diagnosed = diagnose(displaced_recording, motion, model, hypotheses=FEW)
+    diagnosed = diagnose(displaced_recording, motion, model, hypotheses=FEW, thresholds=FEWER_WORLDS)
     assert [finding.name for finding in diagnosed.diagnosis.findings] == ["gps_jump"]
     claimed = diagnosed.diagnosis.findings[0].evidence.trajectory_error_m
     assert claimed.after < 0.04 < 0.1 < claimed.before
@@ -472,7 +475,7 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
         return compare_hypotheses(problem, state, fit)
 
     monkeypatch.setattr(diagnose_module, "compare_hypotheses", once)
-    diagnosed = diagnose(jumped, motion, model, full=False, hypotheses=FEW)
+    diagnosed = diagnose(jumped, motion, model, full=False, hypotheses=FEW, thresholds=FEWER_WORLDS)
     assert len(asked) == 2
     assert diagnosed.diagnosis.verdict == "not_adequate"  # the jump is still there
     assert diagnosed.fit is diagnosed.first
