@@ -167,6 +167,7 @@ def test_answers_of_an_import_are_known_by_name(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("words_only")
 def test_a_short_run_in_memory(tmp_path: Path) -> None:
     recording = bundled("beginner")[0]
     short = replace(recording, stop=recording.start + 1.0)

@@ -118,7 +118,7 @@ def test_two_skis_side_by_side(
     with pytest.raises(SystemExit) as end:
         main(["ski", "turn", "slalom_165", "--edge", "45"])
     assert end.value.code == 0
-    assert sssi_exudyn.turn("slalom_165", "45") == sssi_exudyn.turn("slalom_165", edge=45) == rows[:1]
+    assert sssi_exudyn.turn("slalom_165", edge=45) == rows[:1]
     table = capsys.readouterr().out.splitlines()
     assert table[0].split() == list(rows[0])
     assert float(table[1].split()[2]) == pytest.approx(rows[0]["radius_m"], rel=1e-3)  # four digits are shown

@@ -281,6 +281,7 @@ def test_numbers_of_own_laws_are_sought_along() -> None:
 
 
 @pytest.mark.long(seconds=20)
+@pytest.mark.usefixtures("words_only")
 def test_own_laws_act_and_are_reported(snow: Path, tmp_path: Path) -> None:
     use_plugin(snow)
     recording, _ = bundled("beginner")
