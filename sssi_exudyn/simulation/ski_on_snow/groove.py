@@ -6,6 +6,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from sssi_exudyn.runtime.jit import njit
 from sssi_exudyn.simulation.ski_on_snow.structs import Groove
 
