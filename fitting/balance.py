@@ -75,9 +75,9 @@ class Balance:
             own = own + self.inertia * turn.acceleration[:, None]
             own = turned(matrices, own + cross(turn.spin(swung), self.momentum + swung))
             air, arms = turned(matrices, air), turned(matrices, arms)
-        total = own + prepared.body_mass * np.cross(com, pull) - air
-        carried = np.cross(feet + arms, self.ski_mass * felt)
-        return np.asarray(total + np.sum(carried - np.cross(feet, run.snow_force) - run.snow_moment, axis=1))
+        total = own + prepared.body_mass * cross(com, pull) - air
+        carried = cross(feet + arms, self.ski_mass * felt)
+        return np.asarray(total + np.sum(carried - cross(feet, run.snow_force) - run.snow_moment, axis=1))
 
 
 def balance_of(model: Model, motion: Motion, prepared: Prepared, run: ReducedRun) -> Balance:
@@ -119,7 +119,7 @@ def own_moment(parts: Parts, time: Array) -> Array:
     """Return ``Balance.own`` (n, 3) N m at ``time`` (n,) s."""
     poses, moving = relative_poses(parts.motion, time)
     force, moment = segment_loads(poses, moving, parts.inertias, gravity_in_slope(parts.model.inclination))
-    return np.asarray(np.sum(moment + np.cross(poses.origin, force), axis=1))
+    return np.asarray(np.sum(moment + cross(poses.origin, force), axis=1))
 
 
 def _air(parts: Parts, at_run: Prepared, run: ReducedRun, rows: NDArray[np.intp], back: Array) -> Array:
@@ -142,7 +142,7 @@ def _air(parts: Parts, at_run: Prepared, run: ReducedRun, rows: NDArray[np.intp]
         )
         at = run.com[row]
         body = laws.body(float(time[k]), at[0], at[1], run.com_velocity[row])
-        moments[k] = np.cross(arms[k], drag @ back[row].T).sum(axis=0) + back[row] @ np.cross(at - place, body)
+        moments[k] = cross(arms[k], drag @ back[row].T).sum(axis=0) + back[row] @ cross(at - place, body)
     return moments
 
 
@@ -156,4 +156,4 @@ def _poles(parts: Parts, run: ReducedRun, back: Array) -> Array:
     time, com, velocity = (np.real(array) for array in (run.time, run.com, run.com_velocity))
     arms = hands_at(parts.motion, time).place - turned(back, com - np.real(run.pelvis))[:, None]
     forces = turned(back, pole_forces(terms, time, com, velocity))
-    return np.asarray(np.cross(arms, forces).sum(axis=1))
+    return np.asarray(cross(arms, forces).sum(axis=1))

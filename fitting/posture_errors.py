@@ -18,7 +18,7 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED, jacobians
-from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.frames import Array, cross
 from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.motion.motion import Motion, relative_poses
 from sssi_exudyn.simulation.assembly import Parts
@@ -267,13 +267,13 @@ def _moved_tables(responses: Responses, shape: Array, prepared: Prepared, size: 
         return place, velocity, np.gradient(velocity, prepared.step, axis=0)
 
     turn, spin, _ = moved(responses.foot_turn)
-    swing = spin + np.cross(turn, prepared.foot_spin)
+    swing = spin + cross(turn, prepared.foot_spin)
     foot, foot_velocity, foot_acceleration = moved(responses.foot_place)
     com, com_velocity, com_acceleration = moved(responses.com)
     antenna, antenna_velocity, _ = moved(responses.antenna)
     _, exposed_velocity, _ = moved(responses.exposed)
     columns = np.moveaxis(prepared.foot_rotation, -1, 0)  # (3, n, 2, 3)
-    turned = np.moveaxis(np.stack([np.cross(turn, column) for column in columns]), 0, -1)
+    turned = np.moveaxis(np.stack([cross(turn, column) for column in columns]), 0, -1)
     return replace(
         prepared,
         foot_place=prepared.foot_place + size * foot,
