@@ -96,7 +96,7 @@ def geometry_of(
     def in_cells(values: Array) -> Array:
         return np.asarray(np.interp(middles, run.time, values))
 
-    proposed = {hypothesis.name: hypothesis.candidates(fitted, responses[hypothesis.name]) for hypothesis in hypotheses}
+    proposed = {hypothesis.name: _possible(hypothesis, fitted, responses[hypothesis.name]) for hypothesis in hypotheses}
     return Geometry(
         linear=linear,
         levels=levels,
@@ -111,3 +111,21 @@ def geometry_of(
         load=np.stack([in_cells(run.sole_force[:, foot]) for foot in (0, 1)]),
         waves=waves,
     )
+
+
+def _possible(hypothesis: Hypothesis, fitted: FittedRun, responses: Array) -> list[Candidate]:
+    """Return the candidates whose places are physically possible: with usual amplitudes a model can have them."""
+    candidates = hypothesis.candidates(fitted, responses)
+    return [candidate for candidate in candidates if is_possible(hypothesis, candidate, candidate.free.scales)]
+
+
+def is_possible(hypothesis: Hypothesis, candidate: Candidate, amplitudes: Array) -> bool:
+    """Tell whether a run may have a candidate with ``amplitudes`` (w,), each added to what the model has."""
+    values = {}
+    for group, amplitude in zip(candidate.amplitudes, amplitudes.tolist(), strict=True):
+        for name in group:
+            value, (low, high) = candidate.model.value(name) + amplitude, candidate.model.bounds(name)
+            if not low <= value <= high:
+                return False
+            values[name] = value
+    return hypothesis.possible(candidate.model.with_values(values))

@@ -12,7 +12,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Kind
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis
 from sssi_exudyn.validation.diagnosis.worlds.family import WorldFamily
-from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry
+from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry, is_possible
 from sssi_exudyn.validation.diagnosis.worlds.profiles import gaussian_process, log_uniform
 
 _FORM: Final = 0.4
@@ -21,6 +21,8 @@ _MEMORIES: Final = (0.3, 6.0)
 """s for which that error stays the same."""
 _SIZES: Final = (0.4, 4.0)
 """Usual sizes of an effect in worlds; the hypotheses' evidence has 0.5 to 2, each times a normal number."""
+_TRIALS: Final = 50
+"""Draws of a physically possible effect at most: of the rarest one in three is."""
 
 
 @dataclass(frozen=True)
@@ -42,9 +44,13 @@ class LawWorlds(WorldFamily):
 
     def draw(self, rng: np.random.Generator, geometry: Geometry) -> Array:
         candidates = geometry.candidates[self.name]
-        free = candidates[int(rng.integers(len(candidates)))].free
-        amplitudes = self.hypothesis.draw_amplitudes(rng, len(free.scales)) * log_uniform(rng, *_SIZES)
-        moved = np.asarray(free.columns @ (free.scales * amplitudes))
+        for _ in range(_TRIALS):
+            candidate = candidates[int(rng.integers(len(candidates)))]
+            scales = candidate.free.scales
+            amplitudes = scales * self.hypothesis.draw_amplitudes(rng, len(scales)) * log_uniform(rng, *_SIZES)
+            if is_possible(self.hypothesis, candidate, amplitudes):
+                break
+        moved = np.asarray(candidate.free.columns @ amplitudes)
         if self.kind == "sensor":
             return moved
         share = rng.uniform(0.0, _FORM) * gaussian_process(rng, geometry.middles, log_uniform(rng, *_MEMORIES))
