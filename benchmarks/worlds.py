@@ -39,7 +39,7 @@ from sssi_exudyn.validation.diagnosis.state import first_fit, fitted_run, linear
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 from sssi_exudyn.validation.diagnosis.worlds.catalogue import NOT_IN_THE_LIST, TWO_AT_ONCE, answers_of
 from sssi_exudyn.validation.diagnosis.worlds.classifier import learn
-from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import draw_worlds, known_of, observe
+from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import Wanted, draw_worlds, known_of, observe
 from sssi_exudyn.validation.diagnosis.worlds.features import Features
 from sssi_exudyn.validation.diagnosis.worlds.geometry import geometry_of
 
@@ -105,7 +105,7 @@ def draw_and_weigh(folder: str, begin: float, long: float, seed: int, draws: int
     begun = time.process_time()
     features = Features(geometry, known, EVEN)
     answers = answers_of(geometry, HYPOTHESES, EVEN)
-    examples = draw_worlds(geometry, known, answers, THRESHOLDS.worlds, np.random.default_rng(1))
+    examples = draw_worlds(geometry, known, answers, THRESHOLDS.worlds, np.random.default_rng(1), Wanted(features))
     classifier = learn(features(examples.rest), examples.labels, np.array([a.prior for a in answers]), 1)
     seconds = time.process_time() - begun
     table, evidence = features(worlds.rest), features.evidence(worlds.rest)

@@ -304,6 +304,21 @@ class Chance:
 
 
 @dataclass(frozen=True)
+class SimilarRun:
+    """The simulated run that looks most like the recording.
+
+    name : what it had hidden, as in ``Likeness.probabilities``;  edges_s : c + 1 instants
+    recorded_N, simulated_N : c forces along and across the skis and normal to the snow, which would do what the model
+        lacks, of both runs
+    """
+
+    name: str
+    edges_s: tuple[float, ...]
+    recorded_N: tuple[Vector, ...]
+    simulated_N: tuple[Vector, ...]
+
+
+@dataclass(frozen=True)
 class Likeness:
     """What runs of this recording had hidden that were simulated with known causes and look like it.
 
@@ -313,6 +328,9 @@ class Likeness:
     outside : share of the simulated runs that are farther from the middle of their kind than the recording
     alike : false where that share is so small that the recording looks like none of them; the probabilities then say
         nothing
+    about : the finding that the runs vary, the least certain one, or "nothing"; what else was found is in all of them
+    best_possible : the probability that the best possible method would give ``about`` on average, were it true
+    similar : the simulated run that looks most like the recording
     """
 
     runs: int
@@ -320,6 +338,9 @@ class Likeness:
     probabilities: dict[str, float]
     outside: float
     alike: bool
+    about: str = ""
+    best_possible: float | None = None
+    similar: SimilarRun | None = None
 
 
 @dataclass(frozen=True)
@@ -351,7 +372,7 @@ class Diagnosis:
     paragraph : the diagnosis in a coach's words
     tier : "reduced" where no fit was confirmed by the full model
     chance : how often a search finds as much where nothing is hidden
-    likeness : what simulated runs had hidden that look like the recording before anything was added
+    likeness : what simulated runs had hidden that look like the recording
 
     Examples
     --------

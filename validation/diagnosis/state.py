@@ -250,6 +250,25 @@ def linear_model(problem: DiagnosisProblem, state: State, fit: Refit) -> LinearM
     return LinearModel(problem.stamped_by(fit.model), residual, free, nuisances.posture, nuisances.waves)
 
 
+def linear_without(problem: DiagnosisProblem, state: State, fit: Refit, candidate: Candidate) -> LinearModel:
+    """Return measurements less prediction about ``fit``, as if its candidate did nothing where it was placed.
+
+    A number that is uncertain without the candidate, too, as a clock's, stays so.
+    """
+    kept = np.array([not set(candidate.places) & set(parameter.names) for parameter in fit.parameters])
+    parameters = tuple(parameter for parameter, keep in zip(fit.parameters, kept, strict=True) if keep)
+    placed = replace(fit, parameters=parameters, values=fit.values[kept], sensitivity=fit.sensitivity[:, kept])
+    linear = linear_model(problem, state, placed)
+    before = {name: parameter.prior.sigma for parameter in problem.parameters for name in parameter.names}
+    scales = [
+        before.get(parameter.names[0], 0.0) if candidate.strengths & set(parameter.names) else parameter.prior.sigma
+        for parameter in parameters
+    ]
+    fixed = state.nuisances.fixed
+    stays = np.array(scales) > 0.0
+    return replace(linear, free=fixed.with_more(placed.sensitivity[:, stays], np.array(scales)[stays]))
+
+
 def fitted_run(problem: DiagnosisProblem, state: State, fit: Refit) -> FittedRun:
     """Return the fitted model and its run, as hypotheses see it."""
     run = simulate_reduced(fit.model, problem.prepared)

@@ -20,6 +20,7 @@ from sssi_exudyn.reports.section import (
     say_of_each,
     section_of_each,
 )
+from sssi_exudyn.reports.sections.similar_run import similar_run
 from sssi_exudyn.reports.sections.tables import unit_text
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.validation.diagnosis.diagnosis_data import (
@@ -221,12 +222,14 @@ def _chance(chance: Chance) -> Row:
 
 
 def _likeness(likeness: Likeness) -> list[Block]:
-    """Return the sentence, and how many simulated runs are as unlike their kind."""
+    """Return the sentence, how many simulated runs are as unlike their kind, and the one that is most like it."""
     meaning = "of the simulated runs; below 1 % the recording looks like none of them"
-    return [
-        Text(likeness.sentence),
-        Facts([("runs that are farther from their kind", f"{likeness.outside:.0%}", meaning)]),
-    ]
+    rows: list[Row] = [("runs that are farther from their kind", f"{likeness.outside:.0%}", meaning)]
+    if likeness.best_possible is not None:
+        meaning = "probability on average, were the answer true, by a method that knows all the simulated runs"
+        rows.append(("the best that can be said", f"{likeness.best_possible:.0%}", meaning))
+    blocks: list[Block] = [Text(likeness.sentence), Facts(rows)]
+    return blocks if likeness.similar is None else [*blocks, similar_run(likeness.similar)]
 
 
 def _friction(averaged: dict[str, Number]) -> list[Row]:

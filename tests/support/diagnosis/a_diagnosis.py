@@ -21,6 +21,7 @@ from sssi_exudyn.validation.diagnosis.diagnosis_data import (
     Noise,
     Number,
     Placebos,
+    SimilarRun,
     TrackDistance,
     Where,
 )
@@ -79,7 +80,18 @@ def whole_version() -> dict[str, Any]:
         ],
         "paragraph": "In turn 1 the snow is slower.",
         "chance": to_plain(Chance(400, 0.0025, 0.001, 0.61)),
-        "likeness": to_plain(Likeness(9997, "Runs that look like it had: a gust 83%.", {"gust": 0.83}, 0.37, True)),
+        "likeness": to_plain(
+            Likeness(
+                9997,
+                "Runs that look like it had: a gust 83%.",
+                {"gust": 0.83},
+                0.37,
+                True,
+                "gust",
+                0.64,
+                SimilarRun("snow_patch", (0.0, 1.0, 2.0), (zero, (50.0, -3.0, 1.0)), (zero, (45.0, 2.0, 1.0))),
+            )
+        ),
         "track_distance": to_plain(TrackDistance((0.0, 0.1), (0.5, 0.6), (0.1, 0.1))),
         "weighed": [
             [

@@ -61,6 +61,8 @@ from sssi_exudyn.validation.diagnosis.state import (
     State,
     first_fit,
     fit_model,
+    linear_model,
+    linear_without,
     noise_whitener,
     remove,
 )
@@ -273,6 +275,17 @@ def test_what_is_put_in_and_taken_out_leaves_the_fit_as_it_was(base: Any) -> Non
     parameters, places = extended_parameters(fit, candidate)
     more = fit_model(problem, state, candidate.model, (*parameters, *places), state.levels)
     assert len(more.parameters) == len(fit.parameters) + 2
+    bare, usual = linear_without(problem, state, more, candidate), linear_model(problem, state, more)
+    assert bare.free.columns.shape[1] == usual.free.columns.shape[1] - 2
+    # what it does is its response times its size, and no longer a part of the prediction
+    moved = more.sensitivity[:, -2] * more.values[-2]
+    placed = usual.residual - more.sensitivity[:, -1] * more.pulls[-1]
+    np.testing.assert_allclose(bare.residual, placed, atol=1e-9)
+    np.testing.assert_allclose(
+        bare.residual,
+        problem.measurements.measured - more.predicted + more.sensitivity[:, :-2] @ more.pulls[:-2] + moved,
+        atol=1e-9,
+    )
     _, again = remove(problem, state, more, candidate)
     assert [p.names for p in again.parameters] == [p.names for p in fit.parameters]
     assert [term.name for term in again.model.terms] == [term.name for term in fit.model.terms]

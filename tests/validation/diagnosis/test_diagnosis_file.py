@@ -68,8 +68,8 @@ def test_a_file_of_the_first_version_is_read_and_shown(tmp_path: Path) -> None:
 
 def test_the_section_shows_what_the_file_holds(tmp_path: Path) -> None:
     section = shown(read(tmp_path, whole_version()))
-    # track, force before, on each foot and after, slope from above, probabilities
-    assert section.count("<figcaption>") == 7
+    # track, force before, on each foot and after, slope from above, probabilities, the most similar simulated run
+    assert section.count("<figcaption>") == 8
     assert "The same force on the left foot" in section
     assert "+12.5" in section
     assert "the longest 50 N" in section  # of the arrows
@@ -83,6 +83,8 @@ def test_the_section_shows_what_the_file_holds(tmp_path: Path) -> None:
     assert "0.2%" in section  # of runs with nothing hidden that show as much
     assert "Runs that look like it had: a gust 83%." in section
     assert "37%" in section  # of simulated runs that are as unlike their kind
+    assert "64%" in section  # the best that can be said
+    assert "The most similar of the simulated runs, which had snow patch" in section
     assert "after with snow patch in the model; shaded while it acts" in section
 
 

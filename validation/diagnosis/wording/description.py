@@ -41,6 +41,7 @@ from sssi_exudyn.validation.diagnosis.diagnosis_data import (
     Number,
     Outcome,
     Placebos,
+    SimilarRun,
     Stretch,
     TrackDistance,
     Vector,
@@ -71,12 +72,13 @@ from sssi_exudyn.validation.diagnosis.search.missing_force import (
 )
 from sssi_exudyn.validation.diagnosis.search.physical_limits import POSSIBLE_SEED
 from sssi_exudyn.validation.diagnosis.search.search_result import Accepted, Figures
-from sssi_exudyn.validation.diagnosis.state import State
+from sssi_exudyn.validation.diagnosis.state import State, linear_model, linear_without
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
-from sssi_exudyn.validation.diagnosis.wording.likeness import likeness_sentence
+from sssi_exudyn.validation.diagnosis.wording.likeness import answer_of, likeness_sentence
 from sssi_exudyn.validation.diagnosis.wording.next_measurement import next_measurements
 from sssi_exudyn.validation.diagnosis.wording.paragraph import paragraph_of
 from sssi_exudyn.validation.diagnosis.wording.sentence import sentence_of
+from sssi_exudyn.validation.diagnosis.worlds.geometry import geometry_of
 from sssi_exudyn.validation.diagnosis.worlds.judge import WORLD_SEED, among_worlds
 
 _PATH_POINTS: Final = 4
@@ -150,18 +152,44 @@ def describe(
         chance=search_by_chance(
             rounds[0].linear, rounds[0].nothing.levels, rounds[0].fitted, problem.hypotheses, rounds[0].responses
         ),
-        likeness=_likeness(problem, rounds[0]),
+        likeness=_likeness(problem, state, final, rounds[-1], accepted),
     )
     return diagnosis, tuple(figures)
 
 
-def _likeness(problem: DiagnosisProblem, first: Round) -> Likeness:
-    """Return what simulated runs had hidden that look like the recording before anything was added."""
+def _likeness(
+    problem: DiagnosisProblem, state: State, final: Refit, last: Round, accepted: Sequence[Accepted]
+) -> Likeness:
+    """Return what simulated runs had hidden that look like the recording without its least certain finding; all else
+    that was found stays in the model.
+
+    state, final : of the fit with everything that was found, which ``last`` is about
+    """
     problem.progress(None, f"{problem.thresholds.worlds:,} simulated runs with known causes")
-    judged = among_worlds(first, problem.hypotheses, 0.0 if problem.ground is None else problem.ground.amplitude)
-    sentence = likeness_sentence(judged, problem.thresholds)
-    alike = judged.outside >= problem.thresholds.world_outside
-    return Likeness(judged.runs, sentence, judged.probabilities, judged.outside, alike)
+    least = min((finding.explanation for finding in accepted), key=lambda one: one.probability, default=None)
+    linear = (
+        linear_model(problem, state, final) if least is None else linear_without(problem, state, final, least.candidate)
+    )
+    waves = 0.0 if problem.ground is None else problem.ground.amplitude * state.levels.surface
+    geometry = geometry_of(linear, state.levels, last.fitted, problem.hypotheses, last.responses, waves)
+    judged = among_worlds(geometry, problem.thresholds, problem.hypotheses)
+    similar = SimilarRun(
+        judged.similar.name,
+        tuple(geometry.edges.tolist()),
+        tuple(_vector(force) for force in judged.similar.recorded),
+        tuple(_vector(force) for force in judged.similar.simulated),
+    )
+    name = NOTHING_MISSING if least is None else least.name
+    return Likeness(
+        judged.runs,
+        likeness_sentence(judged, name, problem.thresholds),
+        judged.probabilities,
+        judged.outside,
+        judged.outside >= problem.thresholds.world_outside,
+        about=name,
+        best_possible=judged.best_possible.get(answer_of(name)),
+        similar=similar,
+    )
 
 
 def _next(last: Round, accepted: Sequence[Accepted], levels: NoiseLevels) -> tuple[Next, ...]:

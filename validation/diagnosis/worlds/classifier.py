@@ -64,6 +64,11 @@ class Classifier:
         beyond = len(self.distances) - np.searchsorted(self.distances, far, side="left")
         return np.asarray((1.0 + beyond) / (1.0 + len(self.distances)))
 
+    def apart(self, one: Array, features: Array) -> Array:
+        """Return (D,) distances of ``features`` (D, m) from ``one`` (m,), in the spread that worlds of a kind have."""
+        both = self.scaler.transform(np.vstack([one, features])) @ self.whitening
+        return np.asarray(np.linalg.norm(both[1:] - both[0], axis=1))
+
     def _logits(self, features: Array) -> Array:
         scaled = self.scaler.transform(features)
         with threadpool_limits(1):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -13,13 +13,19 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, uneven_covariance
 from sssi_exudyn.fitting.evidence import Uncertain, uncertain, whiten_columns
 from sssi_exudyn.fitting.noise import NoiseLevels, level_priors
-from sssi_exudyn.validation.diagnosis.worlds.catalogue import Answer
+from sssi_exudyn.validation.diagnosis.worlds.catalogue import NOT_IN_THE_LIST, Answer
+from sssi_exudyn.validation.diagnosis.worlds.features import Features
 from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry
 
 _NOISES: Final = 15
 """Noises that worlds are drawn with."""
 _NOISIER: Final = 1.3
 """By how many times noise is larger than the levels at most: these fit the recording, and come out too small."""
+_SAME: Final = 0.2
+"""Share of its standard errors up to which a cause that no law describes does what a law does: forms of laws may be
+wrong by as much."""
+_MOST_TRIED: Final = 10
+"""Worlds of an answer that are drawn at most for one that is wanted."""
 
 
 @dataclass(frozen=True)
@@ -27,26 +33,74 @@ class Worlds:
     """D worlds of a run.
 
     labels : (D,) index of the answer that each is an example of
+    moved : (N, D) what is hidden does to their measurements, in units of noise
     rest : (N, D) their measurements, in units of noise, without what is uncertain
     strength : (D,) standard errors of what is hidden, by all that the measurements say of it
+    tried : (k,) worlds of each answer that were drawn for these
     """
 
     labels: NDArray[np.int_]
+    moved: Array
     rest: Array
     strength: Array
+    tried: NDArray[np.int_]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Which of the worlds that are drawn count.
+
+    strengths : standard errors at least and at most of what is hidden
+    """
+
+    laws: Features
+    strengths: tuple[float, float] = (0.0, np.inf)
+
+    def chosen(self, left: Array, strength: Array, *, listed: bool) -> NDArray[np.bool_]:
+        """Tell which of worlds count whose hidden causes leave ``left`` (N, D) and have ``strength`` (D,)."""
+        low, high = self.strengths
+        kept = (strength >= low) & (strength <= high)
+        if not listed:
+            # what no law describes, but does what a law does, is a right example of that law's name
+            apart = strength**2 - self.laws.explained(left)
+            kept &= apart > (_SAME * strength) ** 2
+        return np.asarray(kept)
 
 
 def draw_worlds(
-    geometry: Geometry, known: Uncertain, answers: Sequence[Answer], count: int, rng: np.random.Generator
+    geometry: Geometry,
+    known: Uncertain,
+    answers: Sequence[Answer],
+    count: int,
+    rng: np.random.Generator,
+    wanted: Wanted,
 ) -> Worlds:
-    """Draw ``count`` worlds, of each answer its share; the uncertain is ``known`` at the geometry's levels."""
+    """Draw up to ``count`` worlds that are ``wanted``, of each answer its share; the uncertain is ``known`` at the
+    geometry's levels.  Of an answer of which few are wanted there are fewer.
+    """
     ends = np.round(np.cumsum([0.0, *(answer.share for answer in answers)]) * count).astype(int)
-    labels = np.repeat(np.arange(len(answers)), np.diff(ends))
-    moved = np.empty((len(geometry.linear.residual), len(labels)))
-    for k, label in enumerate(labels.tolist()):
-        families = answers[label].families
-        moved[:, k] = families[k % len(families)].draw(rng, geometry)
-    return observe(geometry, known, labels, moved, rng)
+    drawn = [
+        _draw_wanted(geometry, known, answer, share, rng, wanted)
+        for answer, share in zip(answers, np.diff(ends).tolist(), strict=True)
+    ]
+    labels = np.repeat(np.arange(len(answers)), [moved.shape[1] for moved, _ in drawn])
+    worlds = observe(geometry, known, labels, np.hstack([moved for moved, _ in drawn]), rng)
+    return replace(worlds, tried=np.array([tried for _, tried in drawn]))
+
+
+def _draw_wanted(
+    geometry: Geometry, known: Uncertain, answer: Answer, count: int, rng: np.random.Generator, wanted: Wanted
+) -> tuple[Array, int]:
+    """Return what worlds of an answer do (N, up to ``count``), and how many were tried for these."""
+    families, listed = answer.families, answer.name != NOT_IN_THE_LIST
+    kept, tried = [np.zeros((len(geometry.linear.residual), 0))], 0
+    while sum(some.shape[1] for some in kept) < count and tried < _MOST_TRIED * count:
+        turns = range(tried, tried + count)
+        moved = np.stack([families[k % len(families)].draw(rng, geometry) for k in turns], axis=1)
+        left, strength = _left_of(geometry, known, moved)[1:]
+        kept.append(moved[:, wanted.chosen(left, strength, listed=listed)])
+        tried += count
+    return np.hstack(kept), tried
 
 
 def observe(
@@ -54,15 +108,23 @@ def observe(
 ) -> Worlds:
     """Return worlds in which measurements are ``moved`` (N, D), with noise and all that is uncertain drawn."""
     linear, levels = geometry.linear, geometry.levels
-    white = whiten_columns(linear, levels, moved)
-    strength = np.sqrt(np.maximum(np.sum(white * known.remove_from(white), axis=0), 0.0))
+    white, _, strength = _left_of(geometry, known, moved)
     seen = white + known.columns @ rng.standard_normal((known.columns.shape[1], len(labels)))
     noises = np.arange(len(labels)) % _NOISES
     rng.shuffle(noises)
     for k in range(_NOISES):
         mine = np.flatnonzero(noises == k)
         seen[:, mine] += whiten_columns(linear, levels, _noise(geometry, _other_levels(geometry, rng), len(mine), rng))
-    return Worlds(labels, known.remove_from(seen), strength)
+    return Worlds(labels, white, known.remove_from(seen), strength, np.bincount(labels))
+
+
+def _left_of(geometry: Geometry, known: Uncertain, moved: Array) -> tuple[Array, Array, Array]:
+    """Return what is ``moved`` (N, D) in units of noise, what is left of it next to all that is uncertain, both (N, D),
+    and its standard errors (D,).
+    """
+    white = whiten_columns(geometry.linear, geometry.levels, moved)
+    left = known.remove_from(white)
+    return white, left, np.asarray(np.sqrt(np.maximum(np.sum(white * left, axis=0), 0.0)))
 
 
 def known_of(geometry: Geometry) -> Uncertain:

@@ -28,6 +28,8 @@ _FORM_MODES: Final = 6
 """s for which that error stays the same, and modes of it that count."""
 _MOST_BENT: Final = 60
 """Places of a law at most that have a wrong form, evenly of all."""
+_UNSEEN: Final = 1e-9
+"""Share of what the measurements know of a candidate's best-known amplitude below which an amplitude is not seen."""
 _FOOT_MEMORIES: Final = (0.3, 2.0)
 """s; memories of a force on a foot."""
 
@@ -51,7 +53,11 @@ class Features:
 
     def __init__(self, geometry: Geometry, known: Uncertain, thresholds: Thresholds) -> None:
         self._blocks = geometry.linear.measurements.blocks
-        self._families = [*_laws(geometry, known, thresholds.sizes), *_forms(geometry, known, thresholds)]
+        laws = _laws(geometry, known, thresholds.sizes)
+        listed = [law for law in laws if geometry.kinds.get(law.name, "unexplained") != "unexplained"]
+        self._listed = len(listed)
+        rest = [law for law in laws if law not in listed]
+        self._families = [*listed, *rest, *_forms(geometry, known, thresholds)]
 
     @property
     def names(self) -> list[str]:
@@ -68,6 +74,19 @@ class Features:
         it.
         """
         return dict(zip((f.name for f in self._families), self._all(rest), strict=True))
+
+    def explained(self, left: Array) -> Array:
+        """Return (D,) strength² that the best candidate of a listed law or fault explains of what leaves ``left``
+        (N, D) in the measurements next to all that is uncertain, with whatever amplitudes.
+        """
+        best = np.zeros(left.shape[1])
+        for family in self._families[: self._listed]:
+            known, axes = np.linalg.eigh(family.gram)
+            pull = (family.columns.T @ left).reshape(*family.gram.shape[:2], -1)
+            seen = 1.0 / np.maximum(known, _UNSEEN * known[:, -1:])
+            gain = seen[:, None] @ (np.swapaxes(axes, 1, 2) @ pull) ** 2
+            best = np.maximum(best, gain[:, 0].max(axis=0))
+        return best
 
     def __call__(self, rest: Array) -> Array:
         """Return (D, features) of runs whose measurements are ``rest`` (N, D), as worlds have them."""
@@ -88,7 +107,7 @@ class Features:
             np.stack([self._of(family, rest[:, first : first + _AT_ONCE]) for family in self._families])
             for first in range(0, rest.shape[1], _AT_ONCE)
         ]
-        return np.concatenate(parts, axis=1)
+        return np.concatenate([np.zeros((len(self._families), 0)), *parts], axis=1)
 
     def _of(self, family: _Family, rest: Array) -> Array:
         pull = (family.columns.T @ rest).reshape(*family.gram.shape[:2], -1)

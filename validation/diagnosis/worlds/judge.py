@@ -1,4 +1,7 @@
-"""A recording among simulated runs of it: what runs that look like it had hidden."""
+"""A recording among simulated runs of it: what runs that look like it had hidden.
+
+All is linear about the estimate with the finding in the model, where responses hold; the finding is then taken out.
+"""
 
 from __future__ import annotations
 
@@ -7,23 +10,46 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sssi_exudyn.fitting.evidence import LinearModel
-from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, Hypothesis
-from sssi_exudyn.validation.diagnosis.search.explanation import Round
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.evidence import Uncertain, whiten_columns
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis
+from sssi_exudyn.validation.diagnosis.search.missing_force import gain_of, latent_covariance
+from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
+from sssi_exudyn.validation.diagnosis.worlds.best_possible import BestPossible
 from sssi_exudyn.validation.diagnosis.worlds.catalogue import UNLISTED, answers_of
 from sssi_exudyn.validation.diagnosis.worlds.classifier import Classifier, learn
-from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import draw_worlds, known_of
+from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import Wanted, draw_worlds, known_of
 from sssi_exudyn.validation.diagnosis.worlds.family import Unlisted
 from sssi_exudyn.validation.diagnosis.worlds.features import Features
-from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry, geometry_of
+from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry
 
 WORLD_SEED: Final = 4
 """Of the drawn worlds, and of what the classifier begins with."""
-
-
 _AT_ONCE: Final = 2000
 """Worlds whose measurements are held together: those of a minute are a hundred megabytes."""
+_WITHIN: Final = 1.5
+_ERROR: Final = 3.0
+"""Times, and standard errors more, by which worlds are weaker or stronger than what the recording has hidden at most;
+the noise moves a strength by one."""
+_FEWEST: Final = 20
+"""Worlds of an answer from which it can be learned what they look like; of fewer it is not probable."""
+_ANSWERS: Final = 2
+"""Answers at least of which there are as many."""
+
+
+@dataclass(frozen=True)
+class SimilarWorld:
+    """The world that looks most like the recording.
+
+    name : of its answer
+    recorded, simulated : (c, 3) N along, across and normal, the force that does what the model lacks, of both
+    """
+
+    name: str
+    recorded: Array
+    simulated: Array
 
 
 @dataclass(frozen=True)
@@ -33,61 +59,134 @@ class Judgement:
     runs : simulated
     probabilities : of each answer by its name, the most probable first
     outside : share of simulated runs that are farther from the middle of their kind than the recording
+    best_possible : of each answer by its name, its probability on average by the best possible method, were it true
+    similar : the simulated run that looks most like the recording
     """
 
     runs: int
     probabilities: dict[str, float]
     outside: float
+    best_possible: dict[str, float]
+    similar: SimilarWorld
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """D worlds of k answers, by what is kept of them.
+
+    labels, table, forces : (D,) answers, (D, m) features and (D, 3·c) forces that do what the model lacks
+    tried : (k,) worlds that were drawn for these;  best : what could be said of them
+    """
+
+    labels: NDArray[np.int_]
+    table: Array
+    forces: Array
+    tried: Array
+    best: BestPossible
+
+    @property
+    def enough(self) -> NDArray[np.int_]:
+        """Return the answers of which there are enough to learn what they look like."""
+        return np.flatnonzero(np.bincount(self.labels, minlength=len(self.tried)) >= _FEWEST)
 
 
 @dataclass(frozen=True)
 class TrainedWorlds:
-    """A geometry whose worlds were drawn and learned: answers' names, features, classifier, and how many there were."""
+    """A geometry whose worlds were drawn and learned.
+
+    names : of the k answers;  learned : those of which there are enough worlds, as the classifier has them
+    smooth : (3·c, N) makes a force of measurements
+    best_possible : (k,) as in ``Judgement``
+    """
 
     names: tuple[str, ...]
+    learned: NDArray[np.int_]
     features: Features
     classifier: Classifier
-    runs: int
+    smooth: Array
+    drawn: Drawn
+    best_possible: Array
 
 
 def train(
     geometry: Geometry,
-    fitted: FittedRun,
+    thresholds: Thresholds,
     hypotheses: Sequence[Hypothesis],
     unlisted: Sequence[Unlisted] = UNLISTED,
     seed: int = WORLD_SEED,
 ) -> TrainedWorlds:
-    """Draw worlds of a run and learn what they look like."""
-    thresholds, known = fitted.thresholds, known_of(geometry)
-    answers = answers_of(geometry, hypotheses, thresholds, unlisted)
-    features, rng = Features(geometry, known, thresholds), np.random.default_rng(seed)
-    tables, labels = [], []
-    for first in range(0, thresholds.worlds, _AT_ONCE):
-        count = min(_AT_ONCE, thresholds.worlds - first)
-        worlds = draw_worlds(geometry, known, answers, count, rng)
-        tables.append(features(worlds.rest))
-        labels.append(worlds.labels)
-    priors, every = np.array([answer.prior for answer in answers]), np.concatenate(labels)
-    classifier = learn(np.concatenate(tables), every, priors, seed)
-    return TrainedWorlds(tuple(answer.name for answer in answers), features, classifier, len(every))
+    """Draw worlds of a run, as strong as what its recording has hidden, and learn what they look like.
+
+    Where hardly any world is as strong, they are of any strength, and the recording is like none of them.
+    """
+    known, answers = known_of(geometry), answers_of(geometry, hypotheses, thresholds, unlisted)
+    features, smooth = Features(geometry, known, thresholds), _smoother(geometry, known, thresholds)
+
+    def draw(wanted: Wanted) -> Drawn:
+        rng, best, tried = np.random.default_rng(seed), BestPossible(known, len(answers), seed), np.zeros(len(answers))
+        labels, tables, forces = [], [], []
+        for first in range(0, thresholds.worlds, _AT_ONCE):
+            count = min(_AT_ONCE, thresholds.worlds - first)
+            worlds = draw_worlds(geometry, known, answers, count, rng, wanted)
+            best.add(worlds)
+            labels.append(worlds.labels)
+            tables.append(features(worlds.rest))
+            forces.append((smooth @ worlds.rest).T)
+            tried += worlds.tried
+        return Drawn(np.concatenate(labels), np.concatenate(tables), np.concatenate(forces), tried, best)
+
+    drawn = draw(Wanted(features, strengths_about(features, known)))
+    if len(drawn.enough) < _ANSWERS:
+        drawn = draw(Wanted(features))
+    learned, priors = drawn.enough, np.array([answer.prior for answer in answers])
+    shares = np.bincount(drawn.labels, minlength=len(answers)) / np.maximum(drawn.tried, 1.0)
+    mine = np.isin(drawn.labels, learned)
+    classifier = learn(
+        drawn.table[mine], np.searchsorted(learned, drawn.labels[mine]), (priors * shares)[learned], seed
+    )
+    names = tuple(answer.name for answer in answers)
+    return TrainedWorlds(names, learned, features, classifier, smooth, drawn, drawn.best.expected(priors))
 
 
 def judge(trained: TrainedWorlds, geometry: Geometry) -> Judgement:
     """Return what the recording of a geometry looks like among its worlds."""
-    known = known_of(geometry)
-    features = trained.features(known.remove_from(known.residual[:, None]))
-    probabilities = trained.classifier.probabilities(features)[0].tolist()
-    ranked = sorted(zip(trained.names, probabilities, strict=True), key=lambda pair: -pair[1])
-    return Judgement(trained.runs, dict(ranked), float(trained.classifier.outside(features)[0]))
+    known, drawn = known_of(geometry), trained.drawn
+    rest = known.remove_from(known.residual[:, None])
+    features = trained.features(rest)
+    probabilities = np.zeros(len(trained.names))
+    probabilities[trained.learned] = trained.classifier.probabilities(features)[0]
+    ranked = sorted(zip(trained.names, probabilities.tolist(), strict=True), key=lambda pair: -pair[1])
+    nearest = int(np.argmin(trained.classifier.apart(features[0], drawn.table)))
+    forces = trained.smooth @ rest[:, 0], drawn.forces[nearest]
+    recorded, simulated = (force.reshape(geometry.shape).T for force in forces)
+    possible = zip(trained.names, trained.best_possible.tolist(), strict=True)
+    return Judgement(
+        runs=int(np.sum(drawn.tried)),
+        probabilities=dict(ranked),
+        outside=float(trained.classifier.outside(features)[0]),
+        best_possible={name: p for name, p in possible if np.isfinite(p)},
+        similar=SimilarWorld(trained.names[drawn.labels[nearest]], recorded, simulated),
+    )
 
 
-def among_worlds(latest: Round, hypotheses: Sequence[Hypothesis], waves: float) -> Judgement:
-    """Return what the recording of a round looks like among worlds about the round's estimate, under the noise of its
-    most probable explanation.
+def among_worlds(geometry: Geometry, thresholds: Thresholds, hypotheses: Sequence[Hypothesis]) -> Judgement:
+    """Return what the recording of a geometry looks like among worlds of it."""
+    return judge(train(geometry, thresholds, hypotheses), geometry)
 
-    waves : m, usual height of the slope's own waves; 0 on a plane
+
+def strengths_about(features: Features, known: Uncertain) -> tuple[float, float]:
+    """Return standard errors at least and at most that what the recording has hidden may have.
+
+    A cause of strength s gains s²/2 of log evidence, but for what its search costs.
     """
-    linear: LinearModel = latest.linear
-    levels = latest.explanations[0].levels
-    geometry = geometry_of(linear, levels, latest.fitted, hypotheses, latest.responses, waves * levels.surface)
-    return judge(train(geometry, latest.fitted, hypotheses), geometry)
+    evidence = features.evidence(known.remove_from(known.residual[:, None]))
+    strength = float(np.sqrt(2.0 * max(0.0, *(float(of[0]) for of in evidence.values()))))
+    return max(0.0, strength / _WITHIN - _ERROR), strength * _WITHIN + _ERROR
+
+
+def _smoother(geometry: Geometry, known: Uncertain, thresholds: Thresholds) -> Array:
+    """Return what makes a force (3·c, N) of measurements without what is uncertain; it has the prior of placebos."""
+    white = whiten_columns(geometry.linear, geometry.levels, geometry.by_body)
+    prior = latent_covariance(geometry.middles, thresholds.placebo_size, thresholds.placebo_memory)
+    gain, _ = gain_of(prior, white.T @ known.remove_from(white), np.zeros(len(prior)))
+    return np.asarray(gain @ white.T)

@@ -15,12 +15,14 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOT
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, Hypothesis, Probe, responses_of
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 from sssi_exudyn.validation.diagnosis.wording.likeness import likeness_sentence
+from sssi_exudyn.validation.diagnosis.worlds.best_possible import BestPossible
 from sssi_exudyn.validation.diagnosis.worlds.catalogue import NOT_IN_THE_LIST, TWO_AT_ONCE, UNLISTED, Answer, answers_of
 from sssi_exudyn.validation.diagnosis.worlds.classifier import Classifier, learn
-from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import draw_worlds, known_of, observe
+from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import Wanted, draw_worlds, known_of, observe
+from sssi_exudyn.validation.diagnosis.worlds.family import Unlisted
 from sssi_exudyn.validation.diagnosis.worlds.features import Features
-from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry, geometry_of
-from sssi_exudyn.validation.diagnosis.worlds.judge import Judgement, judge, train
+from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry, geometry_of, is_possible
+from sssi_exudyn.validation.diagnosis.worlds.judge import Judgement, SimilarWorld, judge, train
 
 FEWER = replace(THRESHOLDS, worlds=3000)
 FREE = ("friction.mu_t", "friction.mu_n", "start.velocity_f", "start.velocity_l")
@@ -56,8 +58,8 @@ def answers(geometry: Geometry) -> list[Answer]:
 def learned(geometry: Geometry, answers: list[Answer]) -> tuple[Features, Classifier]:
     """Features, and a classifier for worlds as frequent as they are drawn."""
     known = known_of(geometry)
-    worlds, features = draw_worlds(geometry, known, answers, 4000, np.random.default_rng(1)), None
     features = Features(geometry, known, FEWER)
+    worlds = draw_worlds(geometry, known, answers, 4000, np.random.default_rng(1), Wanted(features))
     shares = np.array([answer.share for answer in answers])
     return features, learn(features(worlds.rest), worlds.labels, shares, 1)
 
@@ -124,7 +126,7 @@ def test_probabilities_are_as_often_right_as_they_say(
     geometry: Geometry, answers: list[Answer], learned: tuple[Features, Classifier]
 ) -> None:
     features, classifier = learned
-    fresh = draw_worlds(geometry, known_of(geometry), answers, 2000, np.random.default_rng(2))
+    fresh = draw_worlds(geometry, known_of(geometry), answers, 2000, np.random.default_rng(2), Wanted(features))
     probabilities = classifier.probabilities(features(fresh.rest))
     np.testing.assert_allclose(probabilities.sum(axis=1), 1.0, rtol=1e-9)
     best, sure = probabilities.argmax(axis=1), probabilities.max(axis=1)
@@ -142,8 +144,9 @@ def test_probabilities_are_as_often_right_as_they_say(
 
 def test_priors_move_probabilities_by_their_odds(geometry: Geometry, answers: list[Answer]) -> None:
     known = known_of(geometry)
-    worlds = draw_worlds(geometry, known, answers, 1200, np.random.default_rng(8))
-    table = Features(geometry, known, FEWER)(worlds.rest)
+    features = Features(geometry, known, FEWER)
+    worlds = draw_worlds(geometry, known, answers, 1200, np.random.default_rng(8), Wanted(features))
+    table = features(worlds.rest)
     shares = np.array([answer.share for answer in answers])
     doubled = np.where(np.arange(len(shares)) == 1, 2.0 * shares, shares)
     one, other = (learn(table, worlds.labels, priors, 3).probabilities(table[:50]) for priors in (shares, doubled))
@@ -167,14 +170,20 @@ def test_a_plug_in_s_law_has_its_own_worlds_and_the_same_recording_the_same_answ
     few = geometry_with(fitted, hypotheses)
     hidden = 5.0 * few.candidates["gps_jump"][40].free.columns[:, 0]
     few = replace(few, linear=replace(few.linear, residual=hidden))
-    trained = train(few, replace(fitted, thresholds=replace(FEWER, worlds=1500)), hypotheses)
-    judged = judge(trained, few)
+    fewest = replace(FEWER, worlds=1500)
+    judged = judge(train(few, fewest, hypotheses), few)
     assert set(judged.probabilities) == {
         NOTHING_MISSING, "gps_jump", "gps_delay", "valley_breeze", NOT_IN_THE_LIST, TWO_AT_ONCE
     }  # fmt: skip
     assert sum(judged.probabilities.values()) == pytest.approx(1.0)
-    assert judged.runs == 1500
-    assert judged == judge(train(few, replace(fitted, thresholds=replace(FEWER, worlds=1500)), hypotheses), few)
+    assert max(judged.probabilities, key=lambda name: judged.probabilities[name]) == "gps_jump"
+    assert judged.similar.recorded.shape == judged.similar.simulated.shape == few.shape[::-1]
+    assert judged.similar.name in judged.probabilities
+    assert judged.runs >= 1500  # those that were too weak or too strong are counted, too
+    same = judge(train(few, fewest, hypotheses), few)
+    assert (same.probabilities, same.outside, same.best_possible) == (
+        judged.probabilities, judged.outside, judged.best_possible
+    )  # fmt: skip
 
 
 def test_a_displaced_fix_is_named(
@@ -190,12 +199,79 @@ def test_a_displaced_fix_is_named(
     assert np.mean(named) > 0.8  # half a metre of a receiver of 2 cm; the shortest last three fixes
 
 
+class Hidden(Unlisted):
+    """What some candidate of a hypothesis does, under the name of no hypothesis."""
+
+    def __init__(self, name: str) -> None:
+        self.hypothesis = name
+
+    def draw(self, rng: np.random.Generator, geometry: Geometry) -> Array:
+        candidates = geometry.candidates[self.hypothesis]
+        return np.asarray(8.0 * candidates[int(rng.integers(len(candidates)))].free.columns[:, 0])
+
+
+def test_what_no_law_describes_but_does_what_a_law_does_is_not_unlisted(geometry: Geometry) -> None:
+    known = known_of(geometry)
+    wanted = Wanted(Features(geometry, known, FEWER))
+    answers = [Answer(name, (Hidden("gust"),), 0.5, 0.5) for name in ("gust", NOT_IN_THE_LIST)]
+    worlds = draw_worlds(geometry, known, answers, 20, np.random.default_rng(11), wanted)
+    assert np.bincount(worlds.labels, minlength=2).tolist() == [10, 0]
+    assert worlds.tried.tolist() == [10, 100]  # ten for one that is wanted, and then no more
+
+
+def test_worlds_are_as_strong_as_is_wanted(geometry: Geometry, answers: list[Answer]) -> None:
+    known = known_of(geometry)
+    wanted = Wanted(Features(geometry, known, FEWER), (6.0, 12.0))
+    worlds = draw_worlds(geometry, known, answers, 300, np.random.default_rng(12), wanted)
+    assert worlds.strength.min() >= 6.0
+    assert worlds.strength.max() <= 12.0
+    # of ten runs with nothing hidden at most two have a roll, and rolls may be weaker
+    assert np.count_nonzero(worlds.labels == 0) < worlds.tried[0] * THRESHOLDS.natural
+
+
+@pytest.mark.long(seconds=10)
+def test_what_is_stronger_than_all_worlds_is_like_none(fitted: FittedRun) -> None:
+    hypotheses = [BY_NAME["gps_jump"], BY_NAME["gps_delay"], HYPOTHESES[-1]]
+    few, fewest = geometry_with(fitted, hypotheses), replace(FEWER, worlds=600)
+    far = 2e4 * few.candidates["gps_jump"][40].free.columns[:, 0]
+    few = replace(few, linear=replace(few.linear, residual=far))
+    assert judge(train(few, fewest, hypotheses), few).outside < THRESHOLDS.world_outside
+
+
+def test_candidates_of_worlds_are_physically_possible(geometry: Geometry) -> None:
+    windows = [candidate.window for candidate in geometry.candidates["unexplained_drag"]]
+    assert windows
+    assert all(window is not None and window[1] - window[0] <= 1.0 for window in windows)  # s; longer it is a patch
+    gust = geometry.candidates["gust"][0]
+    assert is_possible(BY_NAME["gust"], gust, np.array([6.0, 0.0]))
+    assert not is_possible(BY_NAME["gust"], gust, np.array([60.0, 0.0]))  # m/s, in which no lift runs
+
+
+@pytest.mark.parametrize(("other", "least", "most"), [("gust", 0.4, 0.6), ("gps_jump", 0.95, 1.0)])
+def test_the_best_possible_name_is_even_odds_of_one_cause_with_two_names(
+    geometry: Geometry, other: str, least: float, most: float
+) -> None:
+    known, rng = known_of(geometry), np.random.default_rng(13)
+    answers = [Answer(name, (Hidden(hidden),), 0.5, 0.5) for name, hidden in (("one", "gust"), ("two", other))]
+    best = BestPossible(known, 2, 14)
+    wanted = Wanted(Features(geometry, known, FEWER), (3.0, np.inf))
+    for _ in range(2):
+        best.add(draw_worlds(geometry, known, answers, 600, rng, wanted))
+    # 40 runs, each with odds that depend on which of 1200 shapes are near; displaced fixes are like no wind
+    assert np.all((best.expected(np.array([0.5, 0.5])) >= least) & (best.expected(np.array([0.5, 0.5])) <= most))
+
+
 def test_the_sentence_lists_what_is_worth_naming_or_says_that_nothing_is_alike() -> None:
     probabilities = {"snow_patch": 0.83, "gust": 0.09, NOT_IN_THE_LIST: 0.07, NOTHING_MISSING: 0.01}
-    words = likeness_sentence(Judgement(10_000, probabilities, 0.4), THRESHOLDS)
+    none = np.zeros((1, 3))
+    judged = Judgement(10_000, probabilities, 0.4, {"snow_patch": 0.71}, SimilarWorld("gust", none, none))
+    words = likeness_sentence(judged, "snow_patch", THRESHOLDS)
     assert words == (
         "Of 10,000 simulated runs of this recording with known causes, those that look like it had: "
-        "a stretch of other snow 83%, a gust of wind 9%, something that is not in the list 7%."
+        "a stretch of other snow 83%, a gust of wind 9%, something that is not in the list 7%. "
+        "Were it a stretch of other snow, the best possible method would give that 71% on average."
     )
-    unlike = likeness_sentence(Judgement(10_000, probabilities, 0.001), THRESHOLDS)
+    other = likeness_sentence(judged, "unexplained_force", THRESHOLDS)
+    assert "The diagnosis says something that is not in the list. Trust the diagnosis" in other
+    unlike = likeness_sentence(replace(judged, outside=0.001), "snow_patch", THRESHOLDS)
     assert unlike.startswith("This recording looks like none of 10,000 simulated runs")
