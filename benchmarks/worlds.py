@@ -105,8 +105,11 @@ def draw_and_weigh(folder: str, begin: float, long: float, seed: int, draws: int
     begun = time.process_time()
     features = Features(geometry, known, EVEN)
     answers = answers_of(geometry, HYPOTHESES, EVEN)
-    examples = draw_worlds(geometry, known, answers, THRESHOLDS.worlds, np.random.default_rng(1), Wanted(features))
-    classifier = learn(features(examples.rest), examples.labels, np.array([a.prior for a in answers]), 1)
+    examples = draw_worlds(
+        geometry, known, answers, THRESHOLDS.worlds, np.random.default_rng(1), Wanted(features, THRESHOLDS.world_same)
+    )
+    counted = np.bincount(examples.labels, minlength=len(answers)) / examples.tried
+    classifier = learn(features(examples.rest), examples.labels, counted * [a.prior for a in answers], 1)
     seconds = time.process_time() - begun
     table, evidence = features(worlds.rest), features.evidence(worlds.rest)
     by_worlds = [answer.name for answer in answers], classifier.probabilities(table)

@@ -186,6 +186,12 @@ class Thresholds:
     world_pair: float = chosen(
         0.3, reason="prior weight of two causes of the list at once, likewise", on="benchmarks/worlds.py, seed 48001"
     )
+    world_same: float = chosen(
+        0.2,
+        reason="share of its standard errors by which a cause that no law describes differs from a law at least: half "
+        "of what the form of a law may be wrong by",
+        on="train_patch and train_gust, after they were seen",
+    )
     world_outside: float = chosen(
         0.01,
         reason="share of worlds that are farther from the middle of their kind, below which a recording is unlike "

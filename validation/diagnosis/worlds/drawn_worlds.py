@@ -21,9 +21,6 @@ _NOISES: Final = 15
 """Noises that worlds are drawn with."""
 _NOISIER: Final = 1.3
 """By how many times noise is larger than the levels at most: these fit the recording, and come out too small."""
-_SAME: Final = 0.2
-"""Share of its standard errors up to which a cause that no law describes does what a law does: forms of laws may be
-wrong by as much."""
 _MOST_TRIED: Final = 10
 """Worlds of an answer that are drawn at most for one that is wanted."""
 
@@ -50,10 +47,12 @@ class Worlds:
 class Wanted:
     """Which of the worlds that are drawn count.
 
+    laws, same : a cause that no law describes differs from all laws by more than this share of its standard errors
     strengths : standard errors at least and at most of what is hidden
     """
 
     laws: Features
+    same: float
     strengths: tuple[float, float] = (0.0, np.inf)
 
     def chosen(self, left: Array, strength: Array, *, listed: bool) -> NDArray[np.bool_]:
@@ -63,7 +62,7 @@ class Wanted:
         if not listed:
             # what no law describes, but does what a law does, is a right example of that law's name
             apart = strength**2 - self.laws.explained(left)
-            kept &= apart > (_SAME * strength) ** 2
+            kept &= apart > (self.same * strength) ** 2
         return np.asarray(kept)
 
 

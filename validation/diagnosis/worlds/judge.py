@@ -135,9 +135,9 @@ def train(
             tried += worlds.tried
         return Drawn(np.concatenate(labels), np.concatenate(tables), np.concatenate(forces), tried, best)
 
-    drawn = draw(Wanted(features, strengths_about(features, known)))
+    drawn = draw(Wanted(features, thresholds.world_same, strengths_about(features, known)))
     if len(drawn.enough) < _ANSWERS:
-        drawn = draw(Wanted(features))
+        drawn = draw(Wanted(features, thresholds.world_same))
     learned, priors = drawn.enough, np.array([answer.prior for answer in answers])
     shares = np.bincount(drawn.labels, minlength=len(answers)) / np.maximum(drawn.tried, 1.0)
     mine = np.isin(drawn.labels, learned)

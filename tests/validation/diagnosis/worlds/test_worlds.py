@@ -59,7 +59,7 @@ def learned(geometry: Geometry, answers: list[Answer]) -> tuple[Features, Classi
     """Features, and a classifier for worlds as frequent as they are drawn."""
     known = known_of(geometry)
     features = Features(geometry, known, FEWER)
-    worlds = draw_worlds(geometry, known, answers, 4000, np.random.default_rng(1), Wanted(features))
+    worlds = draw_worlds(geometry, known, answers, 4000, np.random.default_rng(1), Wanted(features, FEWER.world_same))
     shares = np.array([answer.share for answer in answers])
     return features, learn(features(worlds.rest), worlds.labels, shares, 1)
 
@@ -126,7 +126,9 @@ def test_probabilities_are_as_often_right_as_they_say(
     geometry: Geometry, answers: list[Answer], learned: tuple[Features, Classifier]
 ) -> None:
     features, classifier = learned
-    fresh = draw_worlds(geometry, known_of(geometry), answers, 2000, np.random.default_rng(2), Wanted(features))
+    fresh = draw_worlds(
+        geometry, known_of(geometry), answers, 2000, np.random.default_rng(2), Wanted(features, FEWER.world_same)
+    )
     probabilities = classifier.probabilities(features(fresh.rest))
     np.testing.assert_allclose(probabilities.sum(axis=1), 1.0, rtol=1e-9)
     best, sure = probabilities.argmax(axis=1), probabilities.max(axis=1)
@@ -145,7 +147,7 @@ def test_probabilities_are_as_often_right_as_they_say(
 def test_priors_move_probabilities_by_their_odds(geometry: Geometry, answers: list[Answer]) -> None:
     known = known_of(geometry)
     features = Features(geometry, known, FEWER)
-    worlds = draw_worlds(geometry, known, answers, 1200, np.random.default_rng(8), Wanted(features))
+    worlds = draw_worlds(geometry, known, answers, 1200, np.random.default_rng(8), Wanted(features, FEWER.world_same))
     table = features(worlds.rest)
     shares = np.array([answer.share for answer in answers])
     doubled = np.where(np.arange(len(shares)) == 1, 2.0 * shares, shares)
@@ -212,7 +214,7 @@ class Hidden(Unlisted):
 
 def test_what_no_law_describes_but_does_what_a_law_does_is_not_unlisted(geometry: Geometry) -> None:
     known = known_of(geometry)
-    wanted = Wanted(Features(geometry, known, FEWER))
+    wanted = Wanted(Features(geometry, known, FEWER), FEWER.world_same)
     answers = [Answer(name, (Hidden("gust"),), 0.5, 0.5) for name in ("gust", NOT_IN_THE_LIST)]
     worlds = draw_worlds(geometry, known, answers, 20, np.random.default_rng(11), wanted)
     assert np.bincount(worlds.labels, minlength=2).tolist() == [10, 0]
@@ -221,7 +223,7 @@ def test_what_no_law_describes_but_does_what_a_law_does_is_not_unlisted(geometry
 
 def test_worlds_are_as_strong_as_is_wanted(geometry: Geometry, answers: list[Answer]) -> None:
     known = known_of(geometry)
-    wanted = Wanted(Features(geometry, known, FEWER), (6.0, 12.0))
+    wanted = Wanted(Features(geometry, known, FEWER), FEWER.world_same, (6.0, 12.0))
     worlds = draw_worlds(geometry, known, answers, 300, np.random.default_rng(12), wanted)
     assert worlds.strength.min() >= 6.0
     assert worlds.strength.max() <= 12.0
@@ -254,7 +256,7 @@ def test_the_best_possible_name_is_even_odds_of_one_cause_with_two_names(
     known, rng = known_of(geometry), np.random.default_rng(13)
     answers = [Answer(name, (Hidden(hidden),), 0.5, 0.5) for name, hidden in (("one", "gust"), ("two", other))]
     best = BestPossible(known, 2, 14)
-    wanted = Wanted(Features(geometry, known, FEWER), (3.0, np.inf))
+    wanted = Wanted(Features(geometry, known, FEWER), FEWER.world_same, (3.0, np.inf))
     for _ in range(2):
         best.add(draw_worlds(geometry, known, answers, 600, rng, wanted))
     # 40 runs, each with odds that depend on which of 1200 shapes are near; displaced fixes are like no wind
