@@ -50,7 +50,7 @@ def likeness_sentence(judgement: Judgement, about: str, thresholds: Thresholds) 
         )
     if answer in judgement.best_possible:
         sentences.append(
-            f"Were it {caption_of(answer)}, the best possible method would give that "
+            f"Where {caption_of(answer)} is the truth, the best possible method gives it "
             f"{judgement.best_possible[answer]:.0%} on average"
         )
     return ". ".join(sentences) + "."

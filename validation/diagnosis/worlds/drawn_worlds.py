@@ -23,6 +23,8 @@ _NOISIER: Final = 1.3
 """By how many times noise is larger than the levels at most: these fit the recording, and come out too small."""
 _MOST_TRIED: Final = 10
 """Worlds of an answer that are drawn at most for one that is wanted."""
+_PARTS: Final = 4
+"""Share of an answer's worlds, one in so many, that are drawn together at least."""
 
 
 @dataclass(frozen=True)
@@ -55,15 +57,15 @@ class Wanted:
     same: float
     strengths: tuple[float, float] = (0.0, np.inf)
 
-    def chosen(self, left: Array, strength: Array, *, listed: bool) -> NDArray[np.bool_]:
-        """Tell which of worlds count whose hidden causes leave ``left`` (N, D) and have ``strength`` (D,)."""
+    def chosen(self, left: Array, strength: Array, *, listed: bool) -> NDArray[np.int_]:
+        """Return which of worlds count whose hidden causes leave ``left`` (N, D) and have ``strength`` (D,)."""
         low, high = self.strengths
-        kept = (strength >= low) & (strength <= high)
-        if not listed:
-            # what no law describes, but does what a law does, is a right example of that law's name
-            apart = strength**2 - self.laws.explained(left)
-            kept &= apart > (self.same * strength) ** 2
-        return np.asarray(kept)
+        kept = np.flatnonzero((strength >= low) & (strength <= high))
+        if listed:
+            return kept
+        # what no law describes, but does what a law does, is a right example of that law's name
+        apart = strength[kept] ** 2 - self.laws.explained(left[:, kept])
+        return np.asarray(kept[apart > (self.same * strength[kept]) ** 2])
 
 
 def draw_worlds(
@@ -74,7 +76,7 @@ def draw_worlds(
     rng: np.random.Generator,
     wanted: Wanted,
 ) -> Worlds:
-    """Draw up to ``count`` worlds that are ``wanted``, of each answer its share; the uncertain is ``known`` at the
+    """Draw about ``count`` worlds that are ``wanted``, of each answer its share; the uncertain is ``known`` at the
     geometry's levels.  Of an answer of which few are wanted there are fewer.
     """
     ends = np.round(np.cumsum([0.0, *(answer.share for answer in answers)]) * count).astype(int)
@@ -90,15 +92,16 @@ def draw_worlds(
 def _draw_wanted(
     geometry: Geometry, known: Uncertain, answer: Answer, count: int, rng: np.random.Generator, wanted: Wanted
 ) -> tuple[Array, int]:
-    """Return what worlds of an answer do (N, up to ``count``), and how many were tried for these."""
+    """Return what worlds of an answer do (N, about ``count``), and how many were tried for these."""
     families, listed = answer.families, answer.name != NOT_IN_THE_LIST
-    kept, tried = [np.zeros((len(geometry.linear.residual), 0))], 0
-    while sum(some.shape[1] for some in kept) < count and tried < _MOST_TRIED * count:
-        turns = range(tried, tried + count)
+    kept, have, tried = [np.zeros((len(geometry.linear.residual), 0))], 0, 0
+    while have < count and tried < _MOST_TRIED * count:
+        more = min(max(count - have, count // _PARTS), _MOST_TRIED * count - tried)
+        turns = range(tried, tried + more)
         moved = np.stack([families[k % len(families)].draw(rng, geometry) for k in turns], axis=1)
         left, strength = _left_of(geometry, known, moved)[1:]
         kept.append(moved[:, wanted.chosen(left, strength, listed=listed)])
-        tried += count
+        have, tried = have + kept[-1].shape[1], tried + more
     return np.hstack(kept), tried
 
 
