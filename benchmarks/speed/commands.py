@@ -1,6 +1,7 @@
 """Time and memory of whole commands, against another revision of the program in the same run.
 
-    python benchmarks/commands.py --json FILE [--against v0.1.0] [--fit FOLDER…] [--run FOLDER…] [--diagnose FOLDER…]
+    python benchmarks/speed/commands.py --json FILE [--against v0.1.0] [--fit FOLDER…] [--run FOLDER…]
+        [--diagnose FOLDER…]
 
 Each command runs in a process of its own, this revision and the other by turns, so that other work on the machine
 affects both.  Before that, an untimed fit compiles the kernels of each.  The table has for each command
@@ -31,7 +32,7 @@ import numpy as np
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 MEGABYTE = 1024.0
 """Of the kilobytes that the system counts."""

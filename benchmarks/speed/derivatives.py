@@ -1,6 +1,6 @@
 """Costs of exact derivatives against differences, of runs side by side against one by one, and of a diagnosis:
 
-    python benchmarks/derivatives.py --json FILE [--diagnose RECORDING …]
+    python benchmarks/speed/derivatives.py --json FILE [--diagnose RECORDING …]
 
 The figures are ratios within one run of this script; everything is compiled before it is timed.
 """
@@ -38,7 +38,7 @@ from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import simulate_each
 from sssi_exudyn.validation.capture_error import CaptureError, with_error
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 NAMES = ("beginner", "intermediate")
 COUNT = 40
 BATCH = 64

@@ -1,4 +1,4 @@
-"""Speed of the models, relative to the run itself:  python benchmarks/speed.py --json FILE
+"""Speed of the models, relative to the run itself:  python benchmarks/speed/models.py --json FILE
 
 It uses one core (BLAS kept to one thread) except for the fits, which use all; everything is compiled before it is
 timed.  The figures are ratios within one run of this script; all of them contain the machine's noise.
@@ -35,7 +35,7 @@ from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 NAMES = ("beginner", "intermediate")
 REFERENCE = 0.001
 """s; the step with which the others' errors are computed."""

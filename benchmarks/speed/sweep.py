@@ -1,6 +1,6 @@
 """Use of the workers in sweeps: 500 runs of the reduced model on the example recordings, by pool and workers.
 
-    python benchmarks/sweep.py --json FILE [--blocks 5]
+    python benchmarks/speed/sweep.py --json FILE [--blocks 5]
 
 Pools take turns block by block, so that other work on the machine affects all of them.  For each pool
 
@@ -32,7 +32,7 @@ from sssi_exudyn.sweeps.plan import plan_sweep
 from sssi_exudyn.sweeps.workers import scheduler as sweep_scheduler
 from sssi_exudyn.sweeps.workers.pools import pool_of
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 RUNS = 500
 POOLS: tuple[tuple[str, int, dict[str, Any]], ...] = (
     ("processes", 1, {}),
