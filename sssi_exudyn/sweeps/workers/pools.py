@@ -23,9 +23,10 @@ from typing import Any, Final
 from sssi_exudyn.core.choices import Cluster
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.runtime.optional import import_for
+from sssi_exudyn.runtime.threads import LINEAR_ALGEBRA
 from sssi_exudyn.sweeps.workers.worker import prepare_worker
 
-_THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+_THREADS: Final = (*LINEAR_ALGEBRA, "NUMBA_NUM_THREADS")
 """One thread for each worker: runs go side by side, and sums in another order would change the last digit."""
 _MEMORY: Final = 2
 """GB for each core of a Slurm job: a worker takes half a gigabyte, and runs of minutes some more."""
