@@ -19,10 +19,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
-from scipy.special import chdtri  # chi2.isf; all of scipy.stats takes half a second to load
+from scipy.special import chdtri, ndtri  # chi2.isf, norm.ppf; all of scipy.stats takes half a second to load
 
 from sssi_exudyn.core.frames import Array
 
+NORMAL_90: Final = float(ndtri(0.95))
+"""Standard deviations on either side of the mean that hold 90 % of a normal distribution."""
 _SOKAL_WINDOW = 5.0
 """The sum of correlations stops at five autocorrelation times: later lags add noise only (Sokal 1997)."""
 

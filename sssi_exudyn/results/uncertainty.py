@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from scipy.special import ndtri
 
+from sssi_exudyn.core.noise import NORMAL_90
 from sssi_exudyn.fitting.misfit import why_unidentified
 from sssi_exudyn.fitting.parameters import MASS, snow_beforehand
 from sssi_exudyn.fitting.posterior import Posterior
@@ -31,13 +31,12 @@ def uncertainty_figures(posterior: Posterior) -> UncertaintyFigures:
     sources = [*(_words(error, setting.motion.start, setting.motion.stop) for error in setting.errors), MASS]
     corrections += [Correction(words, float(size)) for words, size in zip(sources, posterior.sizes, strict=True)]
     corrections.sort(key=lambda correction: -abs(correction.sigmas))
-    half = ndtri(0.95)
     intervals, shares = {}, {}
     withheld = why_unidentified(posterior) or None
     for name in snow_numbers if withheld is None else ():
         key = name.key
         low, high = posterior.model.bounds(name)
-        _, at_least, at_most = posterior.interval(name, half)
+        _, at_least, at_most = posterior.interval(name, NORMAL_90)
         intervals[key] = Interval(max(low, at_least), min(high, at_most))
         shares[key] = posterior.share(name)
     rms = {} if posterior.model.posture is None else posterior.model.posture.rms()

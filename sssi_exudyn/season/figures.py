@@ -7,16 +7,14 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from scipy.special import ndtri
 
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.noise import NORMAL_90
 from sssi_exudyn.io.parquet import read_parquet
 from sssi_exudyn.io.typed import read_table
 from sssi_exudyn.results.folder import SUMMARY, TURNS
 
 TECHNIQUES: Final = ("carving", "skidding", "wedge")
-_HALF: Final = float(ndtri(0.95))
-"""Standard errors of half a 90 % interval."""
 
 
 def result_figures(folder: Path) -> dict[str, float | str | None]:
@@ -74,7 +72,7 @@ def _interval(value: float | None, se: float | None) -> tuple[float | None, floa
     """Return the 90 % interval of a figure that cannot be negative; None without a standard error."""
     if value is None or se is None:
         return None, None
-    return max(0.0, value - _HALF * se), value + _HALF * se
+    return max(0.0, value - NORMAL_90 * se), value + NORMAL_90 * se
 
 
 def _at(table: Mapping[str, Any], *keys: str) -> float | None:
