@@ -4,11 +4,22 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from sssi_exudyn.contact import maths
 from sssi_exudyn.runtime.jit import njit
 
 _compiled = njit(cache=True, error_model="numpy")
 plus, times, dot, cross = _compiled(maths.plus), _compiled(maths.times), _compiled(maths.dot), _compiled(maths.cross)
+
+
+@njit(cache=True, error_model="numpy")
+def indices(first, last):
+    """Return the indices from ``first`` to before ``last``, none of them negative.
+
+    A signed index may count from an array's end, so that a loop over it takes one number at a time.
+    """
+    return range(np.uint64(first), np.uint64(last))
 
 
 @njit(cache=True, error_model="numpy")

@@ -15,7 +15,9 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from sssi_exudyn.core.errors import InputError
@@ -55,13 +57,19 @@ def quantity(
     return field(default=default, metadata={_KEY: about})
 
 
-def quantities(owner: object) -> dict[str, Quantity]:
+def quantities(owner: object) -> Mapping[str, Quantity]:
     """Return the declared numbers of a dataclass (class or instance), by name, in order of declaration."""
+    return _declared_by(owner if isinstance(owner, type) else type(owner))
+
+
+@cache
+def _declared_by(cls: type) -> Mapping[str, Quantity]:
+    """Return the numbers that a dataclass declares; models are asked for them with every number that a search moves."""
     declared = {}
-    for entry in dataclasses.fields(owner):  # type: ignore[arg-type]
+    for entry in dataclasses.fields(cls):
         if _KEY in entry.metadata:
             declared[entry.name] = Quantity(name=entry.name, default=_number(entry.default), **entry.metadata[_KEY])
-    return declared
+    return MappingProxyType(declared)
 
 
 def _number(default: Any) -> float:

@@ -7,8 +7,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
+
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
-from sssi_exudyn.contact.codegen.vectors import plus, three
+from sssi_exudyn.contact.codegen.vectors import indices, plus, three
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
 from sssi_exudyn.simulation.ski_on_snow.structs import TimeStep
@@ -43,35 +45,32 @@ def linearise_air(parameters, motion, inputs, n, pelvis, equations, room):
     """
     step, q, rate, begun, matrix, right = equations
     many, with_body, by = right.shape[1], inputs.body.shape[2], room[0]
+    whole = np.zeros((3, 5))  # of all parts: the pelvis moves each of them by the same
     for e in range(motion.area.shape[0]):
         linearise_segment(parameters, motion, n, e, pelvis, room)
         for c in range(3):
-            for d in range(2):
-                matrix[c, d] -= step.by_place * by[c, d]
-                for k in range(begun, many):
-                    right[c, k] += by[c, d] * q[d, k]
+            for j in range(5):
+                whole[c, j] += by[c, j]
             for d in range(3):
-                matrix[c, d] -= step.by_rate * by[c, 2 + d]
-                for k in range(begun, many):
-                    right[c, k] += by[c, 2 + d] * rate[d, k]
-                for k in range(begun, with_body):
+                for k in indices(begun, with_body):
                     right[c, k] += by[c, 2 + d] * inputs.body[n, 6 + 3 * e + d, k]
         add_air_parameters(parameters, motion, inputs, n, e, pelvis, begun, room, right)
     linearise_body(parameters, motion, n, pelvis, room)
     for c in range(3):
-        for d in range(2):
-            matrix[c, d] -= step.by_place * by[c, d]
-            for k in range(begun, many):
-                right[c, k] += by[c, d] * q[d, k]
-            for k in range(begun, with_body):
-                right[c, k] += by[c, d] * inputs.body[n, d, k]
-        for d in range(3):
-            matrix[c, d] -= step.by_rate * by[c, 2 + d]
-            for k in range(begun, many):
-                right[c, k] += by[c, 2 + d] * rate[d, k]
-            for k in range(begun, with_body):
-                right[c, k] += by[c, 2 + d] * inputs.body[n, 3 + d, k]
+        for j in range(5):
+            whole[c, j] += by[c, j]
+            for k in indices(begun, with_body):
+                right[c, k] += by[c, j] * inputs.body[n, j if j < 2 else 1 + j, k]
     add_body_parameters(parameters, motion, inputs, n, pelvis, begun, room, right)
+    for c in range(3):
+        for d in range(2):
+            matrix[c, d] -= step.by_place * whole[c, d]
+            for k in indices(begun, many):
+                right[c, k] += whole[c, d] * q[d, k]
+        for d in range(3):
+            matrix[c, d] -= step.by_rate * whole[c, 2 + d]
+            for k in indices(begun, many):
+                right[c, k] += whole[c, 2 + d] * rate[d, k]
 
 
 @njit(cache=True, error_model="numpy")
@@ -125,5 +124,5 @@ def add_parameter(by_parameter, index, amounts, begun, to):
     """Add to ``to`` (≥ 3, d) what a force changes with the parameter at ``index``, itself by ``amounts`` (d,)."""
     for c in range(3):
         factor = by_parameter[c, index]
-        for k in range(begun, to.shape[1]):
+        for k in indices(begun, to.shape[1]):
             to[c, k] += factor * amounts[k]

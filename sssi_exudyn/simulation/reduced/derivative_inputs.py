@@ -7,7 +7,7 @@ its change, and the result's imaginary part is the derivative, without the cance
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -16,7 +16,7 @@ from sssi_exudyn.contact.codegen.compiled import parameter_values, place_paramet
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.simulation.reduced.prepared import Prepared, over_time
+from sssi_exudyn.simulation.reduced.prepared import Prepared
 from sssi_exudyn.simulation.ski_on_snow.structs import (
     ParameterColumns,
     PrescribedMotion,
@@ -40,7 +40,7 @@ class Direction:
     start : where it stands among the antenna's place and velocity at the start (f, l, f, l), −1 for none of them
     surface : (nf + 2, nl + 2) m, change of the snow surface's coefficients; None where it does not change
     tables : the posture's tables with the number's complex step; None where they do not change
-    first : instant of the run at which ``tables`` begin; outside them nothing changes
+    first : instant of the run at which ``tables`` begin, 0 without them; outside them nothing changes
     """
 
     parameter: int = -1
@@ -81,21 +81,6 @@ def columns_of(ranks: Sequence[int], most: int) -> int:
     return max((k + 1 for k, own in enumerate(ranks) if own <= most), default=0)
 
 
-def first_change(direction: Direction) -> int:
-    """Return the instant at which tables first change with their number, 0 where they do not or nothing else does."""
-    tables = direction.tables
-    if tables is None:
-        return 0
-    n, first = len(tables.time), len(tables.time)
-    for entry in fields(Prepared):
-        value = getattr(tables, entry.name)
-        if np.iscomplexobj(value) and np.any(np.imag(value)):
-            if not over_time(entry.name):
-                return 0
-            first = min(first, int(np.argmax(np.any(np.imag(value).reshape(n, -1), axis=1))))
-    return direction.first + first
-
-
 def tangent_inputs(
     at: Prepared, ordered: Sequence[Direction], listed: ParameterColumns, by_parameter: Array, modes: int
 ) -> TangentInputs:
@@ -130,10 +115,10 @@ def tangent_inputs(
             body[rows, 6:, k] = slope_of(motion.exposed_velocity).reshape(-1, body.shape[1] - 6)
     moved = [(k, d.surface) for k, d in enumerate(ordered) if d.surface is not None]
     grids = np.stack([grid for _, grid in moved]) if moved else np.zeros((0, 2, 2))
-    amounts = np.array([[float(k == column) for column in range(many)] for k, _ in moved]).reshape(len(moved), many)
+    shaping = np.array([k for k, _ in moved], dtype=np.int64)
     return TangentInputs(
         np.zeros(many, dtype=np.int64), listed, by_parameter,
-        grids, amounts, mass, gravity, np.zeros((3, many)), np.zeros((3, many)),
+        grids, shaping, mass, gravity, np.zeros((3, many)), np.zeros((3, many)),
         np.zeros((2 * modes, many)), feet, inertia, body,
     )  # fmt: skip
 
@@ -219,7 +204,7 @@ def climb_at_start(
     pace = change[1] + of_foot(inputs, foot, 3)
     turning = ground[0][1:] @ (change[0] + of_foot(inputs, foot, 0))[:2]
     turning += tilting @ inputs.parameters
-    turning += np.reshape(tilts, (-1, 2)).T @ inputs.amounts
+    turning[:, inputs.shaping] += np.reshape(tilts, (-1, 2)).T
     rising = slopes @ speed[:2] - at.foot_velocity[0, foot, 2]
     return rising, np.asarray(slopes @ pace[:2] + speed[:2] @ turning - of_foot(inputs, foot, 3)[2])
 

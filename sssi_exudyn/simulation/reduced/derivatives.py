@@ -38,7 +38,6 @@ from sssi_exudyn.simulation.reduced.derivative_inputs import (
     STEP,
     Direction,
     climb_at_start,
-    first_change,
     listed_parameters,
     of_foot,
     place_at_start,
@@ -251,13 +250,12 @@ def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[
     kernel, contact = reduced_module(), at.kernel_contact(model.surface)
     parameters = law_parameters(model.terms)
     start = start_of_run(model, at, kernel, parameters, contact)
-    begins = [first_change(direction) for direction in directions]
-    order = sorted(range(len(directions)), key=lambda i: (rank(directions[i].tables), -begins[i]))
+    order = sorted(range(len(directions)), key=lambda i: (rank(directions[i].tables), -directions[i].first))
     ordered = [directions[i] for i in order]
     listed, by_parameter = listed_parameters(model.terms, ordered)
     inputs = tangent_inputs(at, ordered, listed, by_parameter, len(contact.omega))
     place, velocity, eta = _start_tangents(kernel, parameters, contact, at, start, ordered, inputs)
-    begin = np.minimum.accumulate(np.array([begins[i] for i in order], dtype=np.int64))
+    begin = np.minimum.accumulate(np.array([direction.first for direction in ordered], dtype=np.int64))
     inputs = inputs._replace(begins=begin, place=place, velocity=velocity, eta=eta)
     motion, many = at.kernel_motion(), len(ordered)
     series = empty_series(len(at.time))

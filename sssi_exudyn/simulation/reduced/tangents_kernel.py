@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from sssi_exudyn.contact.codegen.vectors import cross, out_of, plus, three, times
+from sssi_exudyn.contact.codegen.vectors import cross, indices, out_of, plus, three, times
 from sssi_exudyn.runtime.jit import inlined, njit
 from sssi_exudyn.simulation.ski_on_snow.structs import NewtonWork, ReducedState, SkiWork, TangentState, TimeStep
 from sssi_exudyn.terrain.surface import PATCH
@@ -56,7 +56,7 @@ def add_row(out, factors, inputs, first, last, begun):
     for column in range(factors.shape[0]):
         factor = factors[column]
         if factor != 0.0:
-            for k in range(max(first[column], begun), last[column]):
+            for k in indices(max(first[column], begun), last[column]):
                 out[k] += factor * inputs[column, k]
 
 
@@ -73,16 +73,16 @@ def solve_many(matrix, right, begun):
             if factor != 0.0:
                 for c in range(i, n):
                     matrix[r, c] -= factor * matrix[i, c]
-                for k in range(begun, many):
+                for k in indices(begun, many):
                     right[r, k] -= factor * right[i, k]
     for i in range(n - 1, -1, -1):
         for c in range(i + 1, n):
             factor = matrix[i, c]
             if factor != 0.0:
-                for k in range(begun, many):
+                for k in indices(begun, many):
                     right[i, k] -= factor * right[c, k]
         inverse = 1.0 / matrix[i, i]
-        for k in range(begun, many):
+        for k in indices(begun, many):
             right[i, k] *= inverse
 
 
@@ -91,17 +91,17 @@ def collect_inputs(z, zq, zv, feet, ski, modes, begun):
     """Fill the rows of ``z`` with the tangents of what moves a ski, from ``begun`` on."""
     many, with_tables = z.shape[1], feet.shape[1]
     for j in range(3):
-        for k in range(begun, many):
+        for k in indices(begun, many):
             z[PLACE + j, k] = zq[j, k]
             z[VELOCITY + j, k] = zv[j, k]
-        for k in range(begun, with_tables):
+        for k in indices(begun, with_tables):
             z[PLACE + j, k] += feet[j, k]
             z[VELOCITY + j, k] += feet[3 + j, k]
             z[TURN + j, k] = feet[6 + j, k]
             z[SPIN + j, k] = feet[9 + j, k]
     base = 3 + ski * modes
     for j in range(modes):
-        for k in range(begun, many):
+        for k in indices(begun, many):
             z[MODES + j, k] = zq[base + j, k]
             z[MODES + modes + j, k] = zv[base + j, k]
 
@@ -116,14 +116,16 @@ def first_tangents(modes, inputs):
     size, inputs_of_ski = 3 + 2 * modes, fixed + count + PATCH
     tangent = TangentState(
         np.zeros((size, many)), np.zeros((size, many)), np.zeros((size, many)), np.zeros((size, size)),
-        np.zeros((size, many)), np.zeros((2, MODAL + modes + FURTHER, inputs_of_ski)), np.zeros((inputs_of_ski, many)),
+        np.zeros((size, many)), np.zeros((2, MODAL + modes + FURTHER, inputs_of_ski)),
+        np.zeros((2, inputs_of_ski, many)),
         np.zeros(inputs_of_ski, np.int64), np.full(inputs_of_ski, many),
     )  # fmt: skip
     for column in range(TURN, MODES):
         tangent.last[column] = inputs.feet.shape[3]
     for column in range(count):
         for k in range(many):
-            tangent.inputs[fixed + column, k] = inputs.parameters[column, k]
+            for ski in range(2):
+                tangent.inputs[ski, fixed + column, k] = inputs.parameters[column, k]
             if inputs.parameters[column, k] != 0.0:
                 tangent.last[fixed + column] = k + 1
         while (
@@ -131,6 +133,11 @@ def first_tangents(modes, inputs):
             and inputs.parameters[column, tangent.first[fixed + column]] == 0.0
         ):
             tangent.first[fixed + column] += 1
+    for column in range(fixed + count, inputs_of_ski):
+        tangent.first[column], tangent.last[column] = many, 0
+        for number in inputs.shaping:
+            tangent.first[column] = min(tangent.first[column], number)
+            tangent.last[column] = max(tangent.last[column], number + 1)
     for k in range(many):
         for c in range(3):
             tangent.place[c, k], tangent.rate[c, k] = inputs.place[c, k], inputs.velocity[c, k]
@@ -167,8 +174,8 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
                 for column in range(linear.shape[1]):
                     linear[row, column] += linear[MODAL + modes + FRICTION + row, column]
             swing_tangents(contact, motion, inputs, state, n, ski, step, begun, tangent)
-            collect_inputs(tangent.inputs, tangent.place, tangent.rate, inputs.feet[n, ski], ski, modes, begun)
-            collect_patch(tangent.inputs, inputs, contact.surface, foot[0][0], foot[0][1])
+            collect_inputs(tangent.inputs[ski], tangent.place, tangent.rate, inputs.feet[n, ski], ski, modes, begun)
+            collect_patch(tangent.inputs[ski], inputs, contact.surface, foot[0][0], foot[0][1])
             add_ski(linear, ski, step, begun, tangent)
         linearise_air(
             parameters, motion, inputs, n, (x, v),
@@ -178,9 +185,7 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
         solve_many(tangent.matrix, tangent.right, begun)
         correct(n, step, begun, tangent, series)
         for ski in range(2):
-            collect_inputs(tangent.inputs, tangent.place, tangent.rate, inputs.feet[n, ski], ski, modes, begun)
-            at = plus(x, three(motion.foot_place[n, ski], 0))
-            collect_patch(tangent.inputs, inputs, contact.surface, at[0], at[1])
+            collect_inputs(tangent.inputs[ski], tangent.place, tangent.rate, inputs.feet[n, ski], ski, modes, begun)
             fill_series(tangent.skis[ski], n, ski, modes, begun, tangent, series)
     return motion.time.shape[0]
 
@@ -193,7 +198,7 @@ def predict(motion, inputs, state, n, step, begun, tangent):
     )  # fmt: skip
     many, with_tables = right.shape[1], inputs.feet.shape[3]
     for i in range(q.shape[0]):
-        for k in range(begun, many):
+        for k in indices(begun, many):
             q[i, k] = next_place(step, q[i, k], rate[i, k], acceleration[i, k])
             rate[i, k] = next_rate(step, rate[i, k], acceleration[i, k])
     matrix[:] = 0.0
@@ -201,9 +206,9 @@ def predict(motion, inputs, state, n, step, begun, tangent):
     for c in range(3):
         matrix[c, c] = motion.mass
         pull = state.acceleration[c] - motion.gravity[c]
-        for k in range(begun, many):
+        for k in indices(begun, many):
             right[c, k] = motion.mass * inputs.gravity[c, k] - inputs.mass[k] * pull
-        for k in range(begun, with_tables):
+        for k in indices(begun, with_tables):
             right[c, k] -= inputs.inertia[n, c, k]
 
 
@@ -224,17 +229,17 @@ def swing_tangents(contact, motion, inputs, state, n, ski, step, begun, tangent)
         for c in range(3):
             matrix[c, i] += outwards[c]
             matrix[i, c] += outwards[c]
-        for k in range(begun, many):
+        for k in indices(begun, many):
             right[i, k] -= damping * rate[i, k] + stiffness * q[i, k]
         for c in range(3):
-            for k in range(begun, with_tables):
+            for k in indices(begun, with_tables):
                 right[i, k] -= (
                     turn[c] * feet[6 + c, k] + contact.coupling[j, c] * feet[12 + c, k]
                     + contact.spinning[j, c] * feet[15 + c, k]
                 )  # fmt: skip
     for c in range(3):
         d, e = (c + 1) % 3, (c + 2) % 3
-        for k in range(begun, with_tables):
+        for k in indices(begun, with_tables):
             right[c, k] -= feet[6 + d, k] * swinging[e] - feet[6 + e, k] * swinging[d]
 
 
@@ -244,7 +249,7 @@ def add_ski(linear, ski, step, begun, tangent):
     modes = (tangent.matrix.shape[0] - 3) // 2
     for row in range(MODAL + modes):
         i = row if row < 3 else 3 + ski * modes + row - MODAL
-        add_row(tangent.right[i], linear[row], tangent.inputs, tangent.first, tangent.last, begun)
+        add_row(tangent.right[i], linear[row], tangent.inputs[ski], tangent.first, tangent.last, begun)
         for c in range(3):
             tangent.matrix[i, c] -= step.by_place * linear[row, PLACE + c] + step.by_rate * linear[row, VELOCITY + c]
         for j in range(modes):
@@ -258,12 +263,12 @@ def correct(n, step, begun, tangent, series):
     """Take the accelerations that were found; the pelvis' tangents go into the series."""
     many = tangent.right.shape[1]
     for i in range(tangent.right.shape[0]):
-        for k in range(begun, many):
+        for k in indices(begun, many):
             tangent.acceleration[i, k] = tangent.right[i, k]
             tangent.place[i, k] += step.by_place * tangent.right[i, k]
             tangent.rate[i, k] += step.by_rate * tangent.right[i, k]
     for c in range(3):
-        for k in range(begun, many):
+        for k in indices(begun, many):
             series.place[n, c, k] = tangent.place[c, k]
             series.velocity[n, c, k] = tangent.rate[c, k]
 
@@ -271,7 +276,7 @@ def correct(n, step, begun, tangent, series):
 @inlined
 def fill_series(linear, n, ski, modes, begun, tangent, series):
     """Fill the series of one ski at an instant from its linearised forces."""
-    z, first, last, further = tangent.inputs, tangent.first, tangent.last, MODAL + modes
+    z, first, last, further = tangent.inputs[ski], tangent.first, tangent.last, MODAL + modes
     add_row(series.loads[n, ski], linear[further + LOAD], z, first, last, begun)
     add_row(series.sole[n, ski], linear[further + SOLE], z, first, last, begun)
     add_row(series.edges[n, ski], linear[further + EDGE], z, first, last, begun)

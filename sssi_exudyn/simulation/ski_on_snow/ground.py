@@ -56,17 +56,12 @@ def linearise_ground(parameters, under, f, l, by_state, by_parameter):
 
 @njit(cache=True, error_model="numpy")
 def collect_patch(z, inputs, surface, f, l):
-    """Fill the last rows of ``z`` with the tangents of the patch under a ski at a place."""
-    grids, amounts = inputs.surface, inputs.amounts
-    if grids.shape[0] == 0:
-        return
+    """Fill the last rows of ``z``, zeros before, with the tangents of the patch under a ski at a place."""
     first = z.shape[0] - PATCH
-    z[first:] = 0.0
-    for i in range(grids.shape[0]):
-        patch = grid_patch(grids[i], surface.origin, surface.spacing, f, l)
+    for i in range(inputs.shaping.shape[0]):
+        patch = grid_patch(inputs.surface[i], surface.origin, surface.spacing, f, l)
         for c in range(PATCH):
-            for k in range(z.shape[1]):
-                z[first + c, k] += patch[c] * amounts[i, k]
+            z[first + c, inputs.shaping[i]] = patch[c]
 
 
 @njit(cache=True, error_model="numpy")

@@ -298,7 +298,7 @@ class TangentInputs(NamedTuple):
 
     begins : (d,) the instant at which each first changes anything, none later than the one before
     columns : ``ParameterColumns``;  parameters : (c, d) change of each
-    surface : (s, nf + 2, nl + 2) m, changes of the snow surface's coefficients;  amounts : (s, d) of each
+    surface : (s, nf + 2, nl + 2) m, changes of the snow surface's coefficients;  shaping : (s,) the number of each
     mass : (d,) kg;  gravity : (3, d) m/s²
     place, velocity : (3, d) of the pelvis at the start;  eta : (2k, d) of the modes' amplitudes
     feet : (t, 2, 18, f) place, velocity, turn (rotation vector), spin, ski_acceleration and ski_turning, 3 rows each
@@ -310,7 +310,7 @@ class TangentInputs(NamedTuple):
     columns: ParameterColumns
     parameters: Array
     surface: Array
-    amounts: Array
+    shaping: Any
     mass: Array
     gravity: Array
     place: Array
@@ -339,7 +339,8 @@ class TangentState(NamedTuple):
 
     place, rate, acceleration : (3 + 2k, d) of pelvis and modes
     matrix, right : (3 + 2k, 3 + 2k) and (3 + 2k, d) of the linear system
-    skis : (2, 13 + k, 18 + 2k + c) the skis' linearisations;  inputs : (18 + 2k + c, d) tangents of what they depend on
+    skis : (2, 13 + k, 18 + 2k + c) the skis' linearisations
+    inputs : (2, 18 + 2k + c, d) tangents of what they depend on
     first, last : (18 + 2k + c,) range in which each row of the inputs is not zero
     """
 
