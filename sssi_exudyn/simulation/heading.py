@@ -125,6 +125,15 @@ class Turn:
         """Return the rotation matrices (n, 3, 3)."""
         return rotations_about(self.up, self.angle)
 
+    def distinct_matrices(self) -> Array:
+        """Return the same, but one (1, 3, 3) where it serves all instants: with it products are one of large arrays."""
+        constant = len(self.angle) > 0 and np.all(self.angle == self.angle[0])
+        return rotations_about(self.up, self.angle[:1]) if constant else self.matrices()
+
+    @property
+    def _is_still(self) -> bool:
+        return not (np.any(self.rate) or np.any(self.acceleration))
+
     def spin(self, vectors: Array) -> Array:
         """Return the spin (n, …, 3) rad/s, with as many axes as ``vectors`` (n, …, 3)."""
         return np.asarray(self._along(self.rate, vectors))
@@ -133,22 +142,25 @@ class Turn:
         """Return the velocity (n, …, 3) m/s of what is at a place and moves before it is turned; its direction is not
         turned yet.
         """
-        return np.asarray(velocity + cross(self.spin(place), place))
+        return velocity if self._is_still else np.asarray(velocity + cross(self.spin(place), place))
 
     def pull(self, place: Array, velocity: Array, acceleration: Array) -> Array:
         """Return the acceleration (n, …, 3) m/s² of the same."""
+        if self._is_still:
+            return acceleration
         moving = velocity + self.velocity(place, velocity)
         pulled = acceleration + cross(self.spin(place), moving)
         return np.asarray(pulled + cross(self._along(self.acceleration, place), place))
 
     def spin_rate(self, spin: Array, spin_rate: Array) -> Array:
         """Return the rate (n, …, 3) rad/s² of a spin, from the spin and its rate before it is turned."""
+        if self._is_still:
+            return spin_rate
         return np.asarray(spin_rate + cross(self.spin(spin), spin) + self._along(self.acceleration, spin))
 
     def of_posture(self, at: Posture) -> dict[str, Array]:
         """Return all numbers of a ``Posture``, turned, by their names."""
-        matrices = self.matrices()
-        back = np.swapaxes(matrices, 1, 2)
+        matrices = self.distinct_matrices()
         vectors = {
             "foot_place": at.foot_place,
             "foot_velocity": self.velocity(at.foot_place, at.foot_velocity),
@@ -162,9 +174,9 @@ class Turn:
         }
         return {
             **{name: turned(matrices, vector) for name, vector in vectors.items()},
-            "foot_rotation": np.ascontiguousarray(matrices[:, None] @ at.foot_rotation),
-            "com_inertia": matrices @ at.com_inertia @ back,
-            "exposed_facing": np.ascontiguousarray(matrices[:, None] @ at.exposed_facing @ back[:, None]),
+            "foot_rotation": turned_frames(matrices, at.foot_rotation),
+            "com_inertia": turned_frames(matrices, turned(matrices, at.com_inertia)),
+            "exposed_facing": turned_frames(matrices, turned(matrices, at.exposed_facing)),
         }
 
     def _along(self, amount: Array, vectors: Array) -> Array:
@@ -173,6 +185,11 @@ class Turn:
 
 
 def turned(turn: Array, vectors: Array) -> Array:
-    """Turn vectors (n, …, 3) by rotations (n, 3, 3); they are contiguous."""
+    """Turn vectors (n, …, 3) by rotations (n, 3, 3), or by one (1, 3, 3); they are contiguous."""
     back = np.swapaxes(turn, 1, 2)
     return np.ascontiguousarray((vectors.reshape(len(turn), -1, 3) @ back).reshape(vectors.shape))
+
+
+def turned_frames(turn: Array, frames: Array) -> Array:
+    """Turn frames (n, …, 3, 3), whose axes are columns, in the same way."""
+    return np.ascontiguousarray(np.swapaxes(turned(turn, np.swapaxes(frames, -1, -2)), -1, -2))

@@ -71,7 +71,7 @@ class PostureTable:
 
     def turn(self, turn: Turn, body_mass: float) -> PostureTable:
         """Return the same posture turned about gravity; ``body_mass`` (kg) is what has ``kinetic`` energy."""
-        matrices, up = turn.matrices(), turn.up
+        matrices, up = turn.distinct_matrices(), turn.up
         changed = turn.of_posture(self)
         swung = self.exposed_velocity + turn.rate[:, None, None] * self.exposed_jacobian[..., HEADING]
         changed["exposed_velocity"] = turned(matrices, swung)

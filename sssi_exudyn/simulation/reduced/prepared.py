@@ -20,7 +20,16 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion, antenna_carrier, antenna_offset
 from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, Parts, snow_grid
-from sssi_exudyn.simulation.heading import HEADING, RigidSki, Turn, WholeBody, spread_inertia, turned, whole_body
+from sssi_exudyn.simulation.heading import (
+    HEADING,
+    RigidSki,
+    Turn,
+    WholeBody,
+    spread_inertia,
+    turned,
+    turned_frames,
+    whole_body,
+)
 from sssi_exudyn.simulation.ski_on_snow.structs import (
     ModalContact,
     PrescribedMotion,
@@ -243,7 +252,7 @@ class Prepared:
 
     def turn(self, turn: Turn) -> Prepared:
         """Return the same turned about gravity."""
-        matrices = turn.matrices()
+        matrices = turn.distinct_matrices()
         swung = self.exposed_velocity + turn.rate[:, None, None] * self.exposed_swing
         vectors = {
             "antenna": self.antenna,
@@ -254,7 +263,7 @@ class Prepared:
         }
         changed: dict[str, Any] = turn.of_posture(self)
         changed |= {name: turned(matrices, vector) for name, vector in vectors.items()}
-        changed["antenna_frame"] = np.ascontiguousarray(matrices @ self.antenna_frame)
+        changed["antenna_frame"] = turned_frames(matrices, self.antenna_frame)
         return replace(self, **changed)
 
 
