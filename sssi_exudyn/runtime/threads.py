@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Final, TypeVar
 
@@ -33,5 +33,21 @@ def side_by_side(
     function: Callable[[Item], Result], items: Iterable[Item], *, cores: int | None = None
 ) -> list[Result]:
     """Return the results of ``function`` for each item, in the items' order, computed in parallel threads."""
+    listed = list(items)
+    if len(listed) < 2:
+        return [function(item) for item in listed]
     with ThreadPoolExecutor(cores_used(cores)) as pool:
-        return list(pool.map(function, items))
+        return list(pool.map(function, listed))
+
+
+def one_ahead(function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+    """Yield the results of ``function``, one item after the other; while one is used, the next is computed."""
+    with ThreadPoolExecutor(1) as pool:
+        waiting = None
+        for item in items:
+            following = pool.submit(function, item)
+            if waiting is not None:
+                yield waiting.result()
+            waiting = following
+        if waiting is not None:
+            yield waiting.result()

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from sssi_exudyn.runtime.threads import LINEAR_ALGEBRA, use_one_thread_for_products
+from sssi_exudyn.runtime.threads import LINEAR_ALGEBRA, one_ahead, use_one_thread_for_products
 
 
 def test_products_take_one_thread_unless_the_environment_says_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -20,3 +20,18 @@ def test_the_command_says_so_before_numpy_is_imported() -> None:
     """A library reads its variables once, as it is loaded."""
     code = "import sys, sssi_exudyn.__main__; sys.exit('numpy' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_one_result_is_computed_ahead_of_its_use_and_no_more() -> None:
+    """Results come in order; when one is used, the next may have begun, and the one after it has not."""
+    begun: list[int] = []
+
+    def double(item: int) -> int:
+        begun.append(item)
+        return 2 * item
+
+    for item, result in enumerate(one_ahead(double, range(5))):
+        assert result == 2 * item
+        assert len(begun) <= item + 2
+    assert begun == list(range(5))
+    assert not list(one_ahead(double, []))

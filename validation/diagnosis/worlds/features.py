@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.special import logsumexp
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import Uncertain, log_factors, whiten_columns
@@ -112,7 +111,10 @@ class Features:
     def _of(self, family: _Family, rest: Array) -> Array:
         pull = (family.columns.T @ rest).reshape(*family.gram.shape[:2], -1)
         factors = log_factors(family.gram, pull, family.sizes)
-        return np.asarray(logsumexp(factors, axis=(0, 1)) - np.log(factors.shape[0] * factors.shape[1]))
+        # in place of SciPy's logsumexp, which also asks for signs, infinities and weights: half of all that this takes
+        largest = factors.max(axis=(0, 1))
+        factors -= largest
+        return np.asarray(largest + np.log(np.mean(np.exp(factors, out=factors), axis=(0, 1))))
 
 
 def _laws(geometry: Geometry, known: Uncertain, sizes: tuple[float, ...]) -> list[_Family]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import Uncertain, whiten_columns
+from sssi_exudyn.runtime.threads import one_ahead
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis
 from sssi_exudyn.validation.diagnosis.search.missing_force import gain_of, latent_covariance
 from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
@@ -125,9 +126,8 @@ def train(
     def draw(wanted: Wanted) -> Drawn:
         rng, best, tried = np.random.default_rng(seed), BestPossible(known, len(answers), seed), np.zeros(len(answers))
         labels, tables, forces = [], [], []
-        for first in range(0, thresholds.worlds, _AT_ONCE):
-            count = min(_AT_ONCE, thresholds.worlds - first)
-            worlds = draw_worlds(geometry, known, answers, count, rng, wanted)
+        counts = [min(_AT_ONCE, thresholds.worlds - first) for first in range(0, thresholds.worlds, _AT_ONCE)]
+        for worlds in one_ahead(lambda count: draw_worlds(geometry, known, answers, count, rng, wanted), counts):
             best.add(worlds)
             labels.append(worlds.labels)
             tables.append(features(worlds.rest))
