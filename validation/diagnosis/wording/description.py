@@ -165,7 +165,7 @@ def _likeness(
 
     state, final : of the fit with everything that was found, which ``last`` is about
     """
-    problem.progress(None, f"{problem.thresholds.worlds:,} simulated runs with known causes")
+    problem.progress(None, "thousands of simulated runs with known causes")
     least = min((finding.explanation for finding in accepted), key=lambda one: one.probability, default=None)
     linear = (
         linear_model(problem, state, final) if least is None else linear_without(problem, state, final, least.candidate)

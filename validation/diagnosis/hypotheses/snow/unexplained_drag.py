@@ -59,7 +59,8 @@ class DragOfOneSki(InTime):
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         of_each = zip(self._each(), np.split(responses, 2, axis=1), strict=True)
-        return [candidate for one, its in of_each for candidate in super(DragOfOneSki, one).candidates(fitted, its)]
+        every = [candidate for one, its in of_each for candidate in super(DragOfOneSki, one).candidates(fitted, its)]
+        return [candidate for candidate in every if self.possible(candidate.model)]
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
         return (
