@@ -5,7 +5,6 @@ Each function is the one signature of its command: the command line makes its op
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -20,6 +19,7 @@ from sssi_exudyn.api.arguments import (
 )
 from sssi_exudyn.core.choices import Concealed
 from sssi_exudyn.core.command_line import Option
+from sssi_exudyn.runtime.threads import cores_used
 
 if TYPE_CHECKING:
     from sssi_exudyn.validation.benchmark.known_answers import Comparison
@@ -68,7 +68,7 @@ def benchmark(
                 count=cases,
                 seed=seed,
                 full=full,
-                workers=workers or os.cpu_count() or 1,
+                workers=cores_used(workers),
                 progress=stage.advance,
                 conceal=conceal,
             )

@@ -25,8 +25,14 @@ def use_one_thread_for_products() -> None:
 
 
 def cores_used(most: int | None = None) -> int:
-    """Return the number of cores that work in parallel: ``most``, or all if None."""
-    return most or os.cpu_count() or 1
+    """Return the number of cores that work in parallel: ``most``, or all that this process may use if None.
+
+    Schedulers of clusters and containers give a process some of a machine's cores; macOS and Windows do not say so.
+    """
+    if most:
+        return most
+    all_cores = os.cpu_count() or 1
+    return min(all_cores, len(os.sched_getaffinity(0))) if hasattr(os, "sched_getaffinity") else all_cores
 
 
 def side_by_side(

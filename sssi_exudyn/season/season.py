@@ -6,7 +6,6 @@ changed, which its key tells.
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -26,6 +25,7 @@ from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.runtime.plugins import require
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance, versions
+from sssi_exudyn.runtime.threads import cores_used
 from sssi_exudyn.season.descent import descent_figures, track_of
 from sssi_exudyn.season.page import PAGE, render_season
 from sssi_exudyn.season.plan import Options, SeasonJob, SeasonPlan, plan_season
@@ -87,7 +87,7 @@ def run_season(
         gather(out)
         runs = _runs_left(out, plan)
         with progress.stage("season") as stage:
-            count = min(where.workers or os.cpu_count() or 1, max(1, len(runs)))
+            count = min(cores_used(where.workers), max(1, len(runs)))
             work = Work(out, plan.job, perform, "the same command")
             do_all(work, runs, where.pool, count, Countdown(stage, len(runs)))
         with progress.stage("tables"):

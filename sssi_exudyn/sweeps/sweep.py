@@ -5,7 +5,6 @@ In a script, call ``sweep`` below ``if __name__ == "__main__":``, since worker p
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections import Counter
 from collections.abc import Mapping
@@ -21,6 +20,7 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import convert, read_json
 from sssi_exudyn.io.writing import folder_lock, is_locked, to_json, write_atomically
 from sssi_exudyn.runtime.progress import Progress
+from sssi_exudyn.runtime.threads import cores_used
 from sssi_exudyn.sweeps.file import SweepFile, read_sweep, sweep_from
 from sssi_exudyn.sweeps.outputs import Column
 from sssi_exudyn.sweeps.page import PAGE, render_sweep
@@ -202,7 +202,7 @@ def _do_sweep(
         records, _ = last_records(out)
         runs = _runs_left(plan, records, again)
         with progress.stage("sweep") as stage:
-            count = min(workers or os.cpu_count() or 1, max(1, len(runs)))
+            count = min(cores_used(workers), max(1, len(runs)))
             work = Work(out, plan.job, perform, "'sssi sweep resume'")
             do_all(work, runs, pool, count, Countdown(stage, len(runs)))
         with progress.stage("tables"):

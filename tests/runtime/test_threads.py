@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from sssi_exudyn.runtime.threads import LINEAR_ALGEBRA, one_ahead, use_one_thread_for_products
+from sssi_exudyn.runtime.threads import LINEAR_ALGEBRA, cores_used, one_ahead, use_one_thread_for_products
 
 
 def test_products_take_one_thread_unless_the_environment_says_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -35,3 +35,12 @@ def test_one_result_is_computed_ahead_of_its_use_and_no_more() -> None:
         assert len(begun) <= item + 2
     assert begun == list(range(5))
     assert not list(one_ahead(double, []))
+
+
+def test_cores_are_those_that_the_process_may_use(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "cpu_count", lambda: 64)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {3, 7, 9}, raising=False)
+    assert cores_used() == 3
+    assert cores_used(2) == 2
+    monkeypatch.delattr(os, "sched_getaffinity")  # as on macOS and Windows
+    assert cores_used() == 64
