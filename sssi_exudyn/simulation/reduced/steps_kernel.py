@@ -16,7 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
-from sssi_exudyn.contact.codegen.vectors import dot, into, out_of, plus, three, three_of
+from sssi_exudyn.contact.codegen.vectors import dot, indices, into, out_of, plus, three, three_of
 from sssi_exudyn.runtime.jit import inlined, njit
 from sssi_exudyn.simulation.ski_on_snow.structs import InitialState, NewtonWork, ReducedSeries, ReducedState, TimeStep
 from sssi_exudyn.terrain.surface import on_patch, patch_under
@@ -136,7 +136,7 @@ def snow(parameters, contact, foot, posed, base, step, residual, matrix, scratch
         stiffness = step.by_place * by_depth + step.by_rate * by_sinking
         for row in range(size):
             factor = stiffness * slope[row]
-            for column in range(row, size):
+            for column in indices(row, size):
                 scratch[row, column] += factor * slope[column]
     spread(matrix, scratch, base)
     return load, groove, force, moment
@@ -166,7 +166,7 @@ def solve(matrix, right):
         for r in range(i + 1, n):
             factor = matrix[r, i] * inverse
             if factor != 0.0:
-                for c in range(i, n):
+                for c in indices(i, n):
                     matrix[r, c] -= factor * matrix[i, c]
                 right[r] -= factor * right[i]
     for i in range(n - 1, -1, -1):

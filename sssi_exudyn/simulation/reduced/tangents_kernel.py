@@ -71,7 +71,7 @@ def solve_many(matrix, right, begun):
         for r in range(i + 1, n):
             factor = matrix[r, i] * inverse
             if factor != 0.0:
-                for c in range(i, n):
+                for c in indices(i, n):
                     matrix[r, c] -= factor * matrix[i, c]
                 for k in indices(begun, many):
                     right[r, k] -= factor * right[i, k]
