@@ -12,7 +12,8 @@ import math
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from threading import Lock
+from typing import Any, Final
 
 import exudyn as exu
 import numpy as np
@@ -104,11 +105,12 @@ def integrate(
     """
     # the constraints of the tree's angles would ring with every change of the heading's acceleration
     tree = tree and not model.heading.is_found
-    run = set_up(model, motion, start=start, stop=stop, tree=tree, backend=backend, progress=progress)
-    try:
-        return run, run.solve()
-    finally:
-        run.system.release()
+    with _ONE_AT_A_TIME:
+        run = set_up(model, motion, start=start, stop=stop, tree=tree, backend=backend, progress=progress)
+        try:
+            return run, run.solve()
+        finally:
+            run.system.release()
 
 
 def set_up(
@@ -257,6 +259,10 @@ def solve_system(mbs: Any, settings: Any, solver: Any) -> str:
         if "USER FUNCTION" in message:
             raise  # a fault of this program, not of the run
         return f"the solver stopped ({message.splitlines()[0]})"
+
+
+_ONE_AT_A_TIME: Final = Lock()
+"""Exudyn does not say that threads may solve systems of their own at the same time, and its variables are global."""
 
 
 @dataclass

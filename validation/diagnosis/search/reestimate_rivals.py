@@ -17,9 +17,11 @@ from typing import Protocol
 
 import numpy as np
 
+from sssi_exudyn.core.advance import silent
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting.evidence import best_evidence
 from sssi_exudyn.fitting.linear_fit import Refit
+from sssi_exudyn.runtime.threads import side_by_side
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FreeFormForce
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import evidence_by_size, weigh_refit
@@ -72,18 +74,32 @@ def estimate_rivals(
     weighed: dict[str, Nothing | Refitted] = {}
     rivals = _rivals(latest)
 
-    def add(explanation: Nothing | Refitted, begin: float, end: float) -> None:
-        name, part = explanation.name, problem.reporting(begin, end)
+    def estimated(explanation: Nothing | Refitted, part: DiagnosisProblem) -> tuple[Nothing | Refitted, Reestimate]:
         near, start = _begin_near(state, explanation, estimates)
-        weighed[name], about = estimate(part, near, latest, start, full=full)
-        estimates[name] = replace(about, problem=replace(about.problem, progress=problem.progress))
+        again, about = estimate(part, near, latest, start, full=full)
+        return again, replace(about, problem=replace(about.problem, progress=problem.progress))
 
-    for i, rival in enumerate(rivals):
+    def estimated_if_possible(
+        rival: Nothing | Refitted, part: DiagnosisProblem
+    ) -> tuple[Nothing | Refitted, Reestimate] | None:
         try:
-            add(rival, i / len(rivals), (i + 1) / len(rivals))
+            return estimated(rival, part)
         except SimulationDiverged:
             if rival is latest.best:
                 raise
+            return None
+
+    def add(made: tuple[Nothing | Refitted, Reestimate] | None) -> None:
+        if made is not None:
+            weighed[made[0].name], estimates[made[0].name] = made
+
+    first = next((i + 1 for i, rival in enumerate(rivals) if rival is not latest.nothing), len(rivals))
+    for i, rival in enumerate(rivals[:first]):
+        add(estimated_if_possible(rival, problem.reporting(i / len(rivals), (i + 1) / len(rivals))))
+    # all others begin at the first law's estimate, or at none; the first of them says how far they are
+    parts = [problem.reporting(first / len(rivals), 1.0), *[replace(problem, progress=silent)] * len(rivals)]
+    for made in side_by_side(lambda pair: estimated_if_possible(*pair), zip(rivals[first:], parts, strict=False)):
+        add(made)
     explanations = _with_estimates(latest, rivals, weighed)
     law = best_law(explanations, estimates)
     free_forms: dict[str, tuple[float, FreeForm]] = {}
@@ -94,7 +110,8 @@ def estimate_rivals(
     following = latest.ranked(_in_free_form(explanations, free_forms))
     best = following.best
     if isinstance(best, Refitted) and not best.has_law and best.name not in estimates:
-        add(next(explanation for explanation in latest.refitted if explanation.name == best.name), 1.0, 1.0)
+        of_best = next(explanation for explanation in latest.refitted if explanation.name == best.name)
+        add(estimated(of_best, problem.reporting(1.0, 1.0)))
         following = latest.ranked(_in_free_form(_with_estimates(latest, rivals, weighed), free_forms))
     return following, estimates
 
