@@ -201,14 +201,12 @@ def measurements_of(recording: Recording, model: Model, start: float, stop: floa
     return Measurements(gps.time[inside], place, usual, windows, loads, stated, stated, gps.vertical)
 
 
-def averages(time: Array, values: Array, windows: Array) -> Array:
-    """Return averages (m, d) of ``values`` (n, d), known at ``time`` (n,), over ``INTERVAL`` about each of ``windows``
-    (m,).
-    """
+def averages(time: Array, values: Array, windows: Array, length: float = INTERVAL) -> Array:
+    """Return averages (m, d) of ``values`` (n, d) at ``time`` (n,) s, over ``length`` (s) about ``windows`` (m,) s."""
     summed = np.zeros((len(time), values.shape[1]), dtype=values.dtype)
     summed[1:] = np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time)[:, None], axis=0)
-    edges = [[np.interp(windows + d, time, column) for column in summed.T] for d in (-0.5 * INTERVAL, 0.5 * INTERVAL)]
-    return (np.array(edges[1]) - np.array(edges[0])).T / INTERVAL
+    edges = [[np.interp(windows + d, time, column) for column in summed.T] for d in (-0.5 * length, 0.5 * length)]
+    return (np.array(edges[1]) - np.array(edges[0])).T / length
 
 
 def mean_load(loads: Array) -> float:

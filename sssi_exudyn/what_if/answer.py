@@ -14,7 +14,17 @@ from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.what_if.intent import PATH_SIGMA, PLACE, SPEED, STRICT_PATH_SIGMA
-from sssi_exudyn.what_if.limits import FAR, RunFigures, beyond, moment_rms, run_figures
+from sssi_exudyn.what_if.limits import (
+    BALANCE,
+    FAR,
+    Imbalance,
+    RunFigures,
+    beyond,
+    imbalance,
+    moment_rms,
+    out_of_balance,
+    run_figures,
+)
 from sssi_exudyn.what_if.question import Played, Question, figures_tangents
 from sssi_exudyn.what_if.solve import Solution
 
@@ -68,6 +78,8 @@ class WhatIf:
         kept so
     seconds_per_unit : derivative of ``seconds_lost`` by each number of the model, in the number's unit
     moment_unchanged_Nm : residual moment (rms) of the recorded movement on the asked model
+    imbalance, imbalance_unchanged : largest departure from the recorded run's balance, of the answer and of the
+        recorded movement on the asked model
     full_end_m, recorded_full_end_m : distance of the full model's centre of mass from the reduced one's at the end, of
         this run and of the recorded one; null where the full model was left out
     """
@@ -90,6 +102,8 @@ class WhatIf:
     corrections: tuple[Departure, ...]
     joints: tuple[Departure, ...]
     moment_unchanged_Nm: float
+    imbalance: Imbalance
+    imbalance_unchanged: Imbalance
     recorded: RunFigures
     asked: RunFigures
     turns: tuple[TurnChange, ...]
@@ -145,6 +159,8 @@ def answer_of(
         corrections=corrections,
         joints=joints,
         moment_unchanged_Nm=moment_rms(question.unchanged),
+        imbalance=imbalance(question, played),
+        imbalance_unchanged=imbalance(question, question.unchanged),
         recorded=run_figures(reference),
         asked=run_figures(played),
         turns=_turns(question, played, lost),
@@ -242,15 +258,18 @@ def _departure(name: str, column: Array, unit: str, factor: float, limit: float 
 def reasons_of(solution: Solution) -> tuple[str, ...]:
     """Return why a run is not skiable like this; none where it is."""
     question, played = solution.question, solution.played
-    reasons = [
-        f"{part.name} of {part.largest:.3g} {part.unit} is beyond {part.limit:.3g} {part.unit}"
-        for part in departures(solution)[0]
+    reasons = []
+    off = np.abs(off_path(question, played))
+    if question.keep in ("path", "line") and np.max(off) > FAR:
+        at = question.samples[np.argmax(off)]
+        reasons.append(f"he misses the path by {np.max(off):.1f} m at {at:.1f} s (limit {FAR:g})")
+    reasons += out_of_balance(imbalance(question, played))
+    reasons += [
+        f"{correction.departs.format(f'{part.largest:.2g} {part.unit}')} (limit {part.limit:.2g})"
+        for correction, part in zip(question.intent.corrections, departures(solution)[0], strict=True)
         if part.limit is not None and part.largest > part.limit
     ]
     reasons += beyond(run_figures(played), run_figures(question.as_recorded), played.model.skier.sex)
-    off = float(np.max(np.abs(off_path(question, played))))
-    if question.keep in ("path", "line") and off > FAR:
-        reasons.append(f"the path is missed by {off:.1f} m")
     if not solution.converged and question.worth == 0.0:  # in a hurry, any run within the limits will do
         reasons.append("no balanced movement was reached")
     return tuple(reasons)
@@ -284,8 +303,8 @@ def lines_of(answer: WhatIf) -> list[str]:
         f"{answer.recording}, {asked}, keeping the {answer.keep}{hurry}: {seconds}",
         f"departs from the captured posture by at most: {departs or 'nothing'}",
         f"off the recorded path: {answer.off_path_rms_m:.2f} m rms, {answer.off_path_largest_m:.2f} m at most",
-        f"residual moment: {answer.recorded.residual_moment_rms_Nm:.0f} N m recorded, "
-        f"{answer.moment_unchanged_Nm:.0f} unchanged, {answer.asked.residual_moment_rms_Nm:.0f} corrected",
+        f"out of the recorded run's balance by at most {answer.imbalance_unchanged.moment_Nm:.0f} N m unchanged, "
+        f"{answer.imbalance.moment_Nm:.0f} corrected (limit {BALANCE:g})",
     ]
     strict = answer.stricter
     if strict is not None:

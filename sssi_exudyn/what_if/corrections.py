@@ -18,11 +18,12 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.posture_errors import PostureMap, angles_of, level_axes, spline_knots
 from sssi_exudyn.simulation.posture_table import PostureTable
 
-SPACING: Final = 0.75
-"""s between the supports of corrections: a turn of a slalom lasts 0.7 s and more, and what is faster is the posture's
-own."""
-_MOST: Final = 80
-"""Supports at most, however long the run."""
+SPACING: Final = 0.25
+"""s between the supports of corrections, which therefore follow changes of up to 2 Hz: people move as they intend up to
+2 Hz where they have to follow something, up to 5 Hz where they know the movement (Brooks, IEEE Conf. Systems, Man and
+Cybernetics (1990) 113)."""
+_MOST: Final = 120
+"""Supports at most, however long the run: half a minute."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,7 @@ class Correction:
     scale : of a size that is usual among runs of one skier;  limit : largest size that counts as skiable
     meaning : with the direction of positive sizes
     source : of scale and limit
+    departs : what a skier does whose correction is large, as a clause with its size
     feet : kind of the feet's errors that make it, and their signs left and right; None where the whole body leans
     """
 
@@ -42,6 +44,7 @@ class Correction:
     limit: float
     meaning: str
     source: str
+    departs: str
     feet: tuple[str, float, float] | None = None
 
     @property
@@ -55,29 +58,34 @@ LEAN: Final = Correction(
     "lean", "rad", 5.0 * _DEGREE, 20.0 * _DEGREE,
     "lean of the whole body about the direction of the skis, positive to the right",
     "chosen: scale, as simulate --balanced; limit, a third of the 60 degrees that racers lean",
+    "he leans {} to the side of where he was",
 )  # fmt: skip
 FORE_AFT: Final = Correction(
     "fore_aft", "m", 0.04, 0.16,
     "place of the body over the feet, positive forward",
     "limit: the pressure's centre stays within half of a boot sole of 0.32 m; scale: chosen, a quarter of it",
+    "his body is {} before or behind where it was over the feet",
     ("forward", -1.0, -1.0),
 )  # fmt: skip
 STEERING: Final = Correction(
     "steering", "rad", 4.0 * _DEGREE, 20.0 * _DEGREE,
     "turn of both feet by the legs, positive to the left",
     "chosen: limit, less than half of the hip's rotation of some 45 degrees; scale, a fifth of it",
+    "he turns his feet {} from where they pointed",
     ("yaw", 1.0, 1.0),
 )  # fmt: skip
 PLOUGH: Final = Correction(
     "plough", "rad", 4.0 * _DEGREE, 20.0 * _DEGREE,
     "turn of the feet against each other by the legs, positive with the tips together",
     "as steering",
+    "his wedge is {} wider or narrower",
     ("yaw", -1.0, 1.0),
 )  # fmt: skip
 EDGING: Final = Correction(
     "edging", "rad", 3.0 * _DEGREE, 15.0 * _DEGREE,
     "roll of both feet under the body by knees and hips, positive to the right edge",
     "chosen: limit, half of the hip's adduction of some 30 degrees; scale, a fifth of it",
+    "he rolls his skis {} from where they were under him",
     ("roll", 1.0, 1.0),
 )  # fmt: skip
 

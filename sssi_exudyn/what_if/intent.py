@@ -19,9 +19,14 @@ from sssi_exudyn.what_if.corrections import EDGING, FORE_AFT, LEAN, PLOUGH, STEE
 
 PLACE, MOMENT, EDGE, SPEED = slice(0, 2), slice(2, 5), slice(5, 7), slice(7, 8)
 FIGURES: Final = 8
-"""Place of the centre of mass along f and l (m), residual moment (3, N m), edge angles (2, rad), speed (m/s)."""
+"""Place of the centre of mass along f and l (m), residual moment (3, N m, averaged over ``BALANCE_TIME``), edge angles
+(2, rad), speed (m/s)."""
 SAMPLING: Final = 0.1
 """s between samples."""
+BALANCE_TIME: Final = 0.33
+"""s over which residual moments are averaged: what is over sooner hardly moves a body.  One that nothing holds falls
+away from its feet as exp(t/τ), τ = √(l/g), l = 1.2 times a leg of 0.9 m (Hof, Gazendam, Sinke, J. Biomech. 38 (2005)
+1)."""
 ALONG_SIGMA: Final = 0.01
 """m along the path by which place and pace may disagree: they are one and the same."""
 PATH_SIGMA: Final = 0.25
@@ -29,9 +34,9 @@ PATH_SIGMA: Final = 0.25
 source here, so the answer says what a stricter one takes."""
 STRICT_PATH_SIGMA: Final = 0.1
 """m across the path of a stricter skier: chosen, the width of a ski."""
-MOMENT_SIGMA: Final = 20.0
-"""N m by which the residual moment may differ from the recorded run's: as much is usual in a balanced run
-(``[uncertainty] residual_moment_Nm``)."""
+MOMENT_SIGMA: Final = 10.0
+"""N m by which the averaged residual moment may differ from the recorded run's: chosen, the weight of a skier of 78 kg
+13 mm from where the snow bears it."""
 EDGE_SIGMA: Final = float(np.radians(1.0))
 """rad; captures see edge angles no better."""
 SPEED_SIGMA: Final = 0.1

@@ -16,8 +16,8 @@ from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.frames import GRAVITY
 from sssi_exudyn.muscle_forces.loads import joint_moments, movement_of
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.what_if.intent import MOMENT, MOMENT_SIGMA, SETTLING
-from sssi_exudyn.what_if.question import STEP, Played
+from sssi_exudyn.what_if.intent import BALANCE_TIME, MOMENT, SETTLING
+from sssi_exudyn.what_if.question import STEP, Played, Question
 
 FAR: Final = 1.0
 """m off the recorded path beyond which it is not kept: chosen, half of a ski's length and the width of a stance."""
@@ -27,6 +27,8 @@ FORCE: Final = 5.0
 KNEE_EXTENSION: Final[Mapping[str, float]] = {"male": 3.45, "female": 2.74}
 """N m per kg of body mass, isometric, at middle knee angles: upper ends of the 95 % intervals of adults' means over 411
 studies (Šarabon, Kozinc, Perman, Front. Physiol. 12 (2021) 767941)."""
+BALANCE: Final = RESIDUAL_MOMENT["peak"][1]
+"""N m of change of the averaged residual moment: the largest that OpenSim's guide accepts."""
 _EVERY: Final = 0.05
 """s between the instants at which joint moments are computed."""
 
@@ -74,10 +76,46 @@ def run_figures(played: Played) -> RunFigures:
 
 
 def moment_rms(played: Played) -> float:
-    """Return the residual moment at the pelvis, rms over the run, N m."""
-    times = played.times
-    settled = (times >= times[0] + SETTLING) & (times <= times[-1] - SETTLING)
-    return float(np.sqrt(np.mean(np.sum(played.figures[settled, MOMENT] ** 2, axis=1))))
+    """Return the residual moment at the pelvis, as it is and not averaged, rms over the run, N m."""
+    clock, times = played.run.time, played.times
+    settled = (clock >= times[0] + SETTLING) & (clock <= times[-1] - SETTLING)
+    moment = played.balance.residual(played.run, played.prepared)[settled]
+    return float(np.sqrt(np.mean(np.sum(moment**2, axis=1))))
+
+
+@dataclass(frozen=True)
+class Imbalance:
+    """Where a skier is furthest from the balance of the recorded run at the same place.
+
+    moment_Nm : change of the residual moment at the pelvis, averaged over ``BALANCE_TIME``
+    at_s : instant of the recorded run
+    falls : where to, as nothing holds him
+    """
+
+    moment_Nm: float
+    at_s: float
+    falls: str
+
+
+def imbalance(question: Question, played: Played) -> Imbalance:
+    """Return where a run is furthest from the recorded run's balance.
+
+    The residual moment is what a hand at the pelvis would have to give.  Without it the skier falls the other way.
+    """
+    samples, way = question.samples, question.way
+    change = (played.figures - question.as_recorded.figures)[:, MOMENT]
+    settled = (samples >= samples[0] + SETTLING) & (samples <= samples[-1] - SETTLING)
+    size = np.where(settled, np.linalg.norm(change, axis=1), 0.0)
+    worst = int(np.argmax(size))
+    (forward, left), up = way[worst], change[worst, 2]
+    rolls, pitches = change[worst, :2] @ (forward, left), change[worst, :2] @ (-left, forward)
+    ways = (
+        (rolls, "to the left", "to the right"),
+        (pitches, "backward", "forward"),
+        (up, "round to the right", "round to the left"),
+    )
+    part, positive, negative = max(ways, key=lambda one: abs(one[0]))
+    return Imbalance(float(size[worst]), float(samples[worst]), positive if part > 0.0 else negative)
 
 
 def _knee_extension(played: Played) -> float:
@@ -92,25 +130,33 @@ def _knee_extension(played: Played) -> float:
 
 
 def beyond(asked: RunFigures, recorded: RunFigures, sex: str) -> list[str]:
-    """Return what of a run is beyond its limits, each as a clause."""
-    least = RESIDUAL_MOMENT["rms"][1]
+    """Return which loads of a run are beyond their limits, each as a clause."""
     figures = (
-        ("{:.1f} body weights on the skis", asked.peak_force_bodyweights, recorded.peak_force_bodyweights, FORCE),
         (
-            "{:.1f} N m/kg to stretch a knee",
+            "his legs bear {:.1f} body weights",
+            asked.peak_force_bodyweights,
+            recorded.peak_force_bodyweights,
+            FORCE,
+        ),
+        (
+            "a knee is stretched with {:.1f} N m/kg",
             asked.peak_knee_extension_Nm_per_kg,
             recorded.peak_knee_extension_Nm_per_kg,
             KNEE_EXTENSION[sex],
         ),
-        (
-            "{:.0f} N m (rms) that nothing holds",
-            asked.residual_moment_rms_Nm,
-            recorded.residual_moment_rms_Nm + MOMENT_SIGMA,
-            least,
-        ),
     )
     return [
-        f"{clause.format(value)} are beyond {max(shown, limit):.3g}"
+        f"{clause.format(value)} (limit {max(shown, limit):.3g})"
         for clause, value, shown, limit in figures
         if value > max(shown, limit)
+    ]
+
+
+def out_of_balance(asked: Imbalance) -> list[str]:
+    """Return the clause for a skier who is beyond ``BALANCE``, if he is."""
+    if asked.moment_Nm <= BALANCE:
+        return []
+    return [
+        f"he falls {asked.falls} at {asked.at_s:.1f} s ({asked.moment_Nm:.0f} N m over {BALANCE_TIME:g} s hold him "
+        f"no longer, limit {BALANCE:g})"
     ]

@@ -10,13 +10,14 @@ in a hurry.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.frames import Array
@@ -32,6 +33,7 @@ from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.what_if.corrections import Directions, Supports
 from sssi_exudyn.what_if.intent import (
+    BALANCE_TIME,
     FIGURES,
     LOOK_AHEAD,
     MOMENT,
@@ -55,6 +57,8 @@ PACE_SCALE: Final = 0.3
 """Of g, the logarithm of the slowness: a skier a third slower.  What he meets says far more of it."""
 _DIFFERENCE: Final = 1e-3
 """Scales of a correction by which the body's own moment is differentiated."""
+_APART: Final = 5
+"""Splines from one to the next that shares none of its samples: a cubic one extends over four spacings."""
 
 
 @dataclass(frozen=True)
@@ -92,11 +96,16 @@ def figures_of(run: ReducedRun, prepared: Prepared, balance: Balance, times: Arr
 
 
 def _sampled(clock: Array, series: Array, times: Array) -> Array:
-    """Return the series (k, ``FIGURES``) at ``times`` (n,) s, the moment averaged over ``SAMPLING``."""
+    """Return the series (k, ``FIGURES``) at ``times`` (n,) s, the moment averaged over ``BALANCE_TIME``."""
     figures = np.stack([np.interp(times, clock, column) for column in series.T], axis=1)
-    windows = np.clip(times, clock[0] + 0.5 * SAMPLING, clock[-1] - 0.5 * SAMPLING)
-    figures[:, MOMENT] = averages(clock, series[:, MOMENT], windows)
+    figures[:, MOMENT] = _averaged(clock, series[:, MOMENT], times)
     return figures
+
+
+def _averaged(clock: Array, moments: Array, times: Array) -> Array:
+    """Return averages (n, c) of moments (k, c) over ``BALANCE_TIME`` about ``times`` (n,) s, within its ends."""
+    inside = np.clip(times, clock[0] + 0.5 * BALANCE_TIME, clock[-1] - 0.5 * BALANCE_TIME)
+    return averages(clock, moments, inside, BALANCE_TIME)
 
 
 class Question:
@@ -264,13 +273,25 @@ class Question:
         return changes
 
     def _own_moments(self, unknowns: Array, played: Played) -> Array:
-        """Return the derivatives (n, 3, size) of the moment that the body has of itself, at the samples."""
+        """Return the derivatives (n, 3, size) of the moment that the body has of itself, at the samples.
+
+        A spline acts where it is not zero.  So those that are ``_APART`` of one another share a difference.
+        """
         own = own_moment(Parts(played.model, played.motion), played.times)
-        columns = []
-        for unit in np.eye(self.size):
-            motion, pace = self.movement(unknowns + _DIFFERENCE * unit)
-            columns.append((own_moment(Parts(played.model, motion), pace.own(self.samples)) - own) / _DIFFERENCE)
-        return np.stack(columns, axis=-1) if columns else np.zeros((*own.shape, 0))
+        columns = np.zeros((*own.shape, self.size))
+        acting = np.abs(self.supports.at(self.samples)) > 0.0
+        for group in self._apart():
+            motion, pace = self.movement(unknowns + _DIFFERENCE * np.isin(np.arange(self.size), group))
+            change = (own_moment(Parts(played.model, motion), pace.own(self.samples)) - own) / _DIFFERENCE
+            columns[..., group] = change[..., None] * acting[:, None, group % self.supports.count]
+        return _averaged(played.times, columns.reshape(len(own), -1), played.times).reshape(columns.shape)
+
+    def _apart(self) -> Iterator[NDArray[np.intp]]:
+        """Yield the unknowns in groups of one kind whose splines do not overlap."""
+        count = self.supports.count
+        for kind in range(self.size // count):
+            for first in range(min(_APART, count)):
+                yield kind * count + np.arange(first, count, _APART)
 
     def _rates(self, played: Played) -> Array:
         """Return the rates (n, ``FIGURES``) at which the figures change in time, the body's own moment apart."""
