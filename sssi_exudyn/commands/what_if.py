@@ -26,7 +26,7 @@ from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.simulation.full.run import simulate
-from sssi_exudyn.sweeps.asked_model import COMMAND, change_model
+from sssi_exudyn.sweeps.asked_model import COMMAND, change_model, check_gates, gates_of
 from sssi_exudyn.what_if.answer import WhatIf, answer_of, off_path, seconds_lost
 from sssi_exudyn.what_if.fastest import solutions
 from sssi_exudyn.what_if.intent import SPEED
@@ -73,12 +73,13 @@ def ask(
 
     Raises InputError for bad input, and SimulationDiverged when the asked model cannot play the recorded movement.
     """
+    check_gates(changes, keep, COMMAND, "--keep")
     with lock_of(out):
         stored = _stored(folder, out, progress)
         recorded = recorded_run(stored, folder)
         asked = change_model(recorded.model, changes, ski)
         with progress.stage("what if") as stage:
-            question = Question(recorded, asked, keep)
+            question = Question(recorded, asked, keep, gates_of(changes))
             solution, strict = solutions(question, stage.advance)
         ends: tuple[float | None, float | None] = (None, None)
         if not reduced:
@@ -195,12 +196,14 @@ def _draw(path: Path, answer: WhatIf, solution: Solution) -> None:
     for name, run in (("recorded", question.as_recorded), ("asked", played)):
         paths.plot(run.run.com[:, 1], -run.run.com[:, 0], label=name)
         speeds.plot(question.samples, run.figures[:, SPEED], label=name)
+    if question.gates.moved:
+        paths.plot(question.intended[:, 1], -question.intended[:, 0], "k:", label="between the gates")
     paths.set_aspect("equal", adjustable="datalim")
     paths.set_xlabel("to the left (m)")
     paths.set_ylabel("up the fall line (m)")
     seconds.plot(question.samples, seconds_lost(question, played))
     off.plot(question.samples, off_path(question, played))
-    for axes, label in ((speeds, "speed (m/s)"), (seconds, "lost (s)"), (off, "to the left of the recorded path (m)")):
+    for axes, label in ((speeds, "speed (m/s)"), (seconds, "lost (s)"), (off, "to the left of the path (m)")):
         axes.set_xlabel("recorded clock (s)")
         axes.set_ylabel(label)
         for turn in answer.turns[::2]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -12,14 +12,21 @@ import numpy as np
 from sssi_exudyn.bodies.ski.ski import ski_named
 from sssi_exudyn.contact.registry import known_terms, term_named
 from sssi_exudyn.contact.term import EdgeTerm, Term
+from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.core.text import did_you_mean, one_line
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.sweeps.parameters import Parameter, numbers_of, parameters_of, reshape
+from sssi_exudyn.what_if.gates import Gates
 
 COMMAND: Final = "sssi whatif"
 _START_SPEED: Final = Parameter("start.speed", "m/s", 0.5, 50.0, "speed along the slope at the start")
+_GATES: Final = (
+    Parameter("gates.distance", "1", 0.7, 1.4, "factor on the path down the fall line: on gates' distance"),
+    Parameter("gates.offset", "1", 0.7, 1.4, "factor on the path across the fall line: on gates' offset"),
+)
+_PATH: Final[tuple[Keep, ...]] = ("path", "line")
 _SHAPES: Final = ("skier.mass", "slope.inclination_deg")
 _OF_CAPTURE: Final = ("heading_offset", "clock_offset", "f", "l")
 
@@ -36,12 +43,13 @@ def askable(terms: Sequence[Term]) -> dict[str, Parameter]:
     ]
     parts = {*present, *(term.name for term in absent), "ski", "start"}
     declared = {**parameters_of((*terms, *absent)), _START_SPEED.name: _START_SPEED}
-    return {
+    model = {
         name: about
         for name, about in declared.items()
         if (name in _SHAPES or NumberRef(name).part in parts)
         and not (name.startswith("start.") and NumberRef(name).key.removesuffix("_deg") in _OF_CAPTURE)
     }
+    return {**model, **{about.name: about for about in _GATES}}
 
 
 def check_changes(model: Model, changes: Mapping[str, float]) -> None:
@@ -54,6 +62,18 @@ def check_changes(model: Model, changes: Mapping[str, float]) -> None:
         if not about.low <= value <= about.high:
             problem = f"{name} = {value:g} is outside {about.low:g} to {about.high:g} {about.unit}"
             raise InputError(COMMAND, "--set", problem, "give a value within")
+
+
+def check_gates(names: Iterable[str], keep: Keep, file: Path | str, place: str) -> None:
+    """Raise InputError where gates move a path that is not kept."""
+    if keep not in _PATH and any(NumberRef(name).part == "gates" for name in names):
+        problem = f"gates that stand elsewhere are another path, and {keep} keeps none"
+        raise InputError(file, place, problem, f"keep one of: {', '.join(_PATH)}")
+
+
+def gates_of(changes: Mapping[str, float]) -> Gates:
+    """Return where the gates stand."""
+    return Gates(changes.get("gates.distance", 1.0), changes.get("gates.offset", 1.0))
 
 
 def change_model(model: Model, changes: Mapping[str, float], ski: str | None) -> Model:
@@ -69,6 +89,8 @@ def change_model(model: Model, changes: Mapping[str, float], ski: str | None) ->
     of_ski: dict[str, float] = {}
     for name, value in numbers_of(changes).items():
         number = NumberRef(name)
+        if number.part == "gates":
+            continue  # of the path, not of the model
         if number.part == "ski":
             of_ski[number.key] = float(value)
         else:

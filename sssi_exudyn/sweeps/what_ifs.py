@@ -17,7 +17,7 @@ from sssi_exudyn.motion.correction_file import FILE as POSTURE
 from sssi_exudyn.results.folder import MODEL, SERIES, SKELETON, SUMMARY
 from sssi_exudyn.results.stored import read_run
 from sssi_exudyn.runtime.cache import fingerprint
-from sssi_exudyn.sweeps.asked_model import askable, change_model
+from sssi_exudyn.sweeps.asked_model import askable, change_model, check_gates, gates_of
 from sssi_exudyn.sweeps.file import SweepFile
 from sssi_exudyn.sweeps.outputs import Column, Figures, complete
 from sssi_exudyn.sweeps.parameters import SKIS, Parameter, Values
@@ -72,6 +72,7 @@ def result_hashes(folder: Path) -> dict[str, str]:
 
 def check_numbers(file: SweepFile, names: tuple[str, ...]) -> None:
     """Raise InputError for a result that no what-if can be asked of, and for a number that its model lacks."""
+    check_gates(names, file.keep, file.path, "keep")
     for folder in file.folders:
         known = askable(recorded_run(read_run(folder), folder).model.terms)
         for name in names:
@@ -91,7 +92,8 @@ def answer_figures(folder: str, digest: str, values: Values, keep: Keep, duratio
         recorded = recorded.until(recorded.motion.start + duration)
     changes = {name: float(value) for name, value in values.items() if name != SKIS}
     ski = values.get(SKIS)
-    question = Question(recorded, change_model(recorded.model, changes, None if ski is None else str(ski)), keep)
+    asked = change_model(recorded.model, changes, None if ski is None else str(ski))
+    question = Question(recorded, asked, keep, gates_of(changes))
     return _figures(*solutions(question))
 
 

@@ -179,17 +179,17 @@ def _stricter(strict: Solution) -> Stricter:
 
 
 def off_path(question: Question, played: Played) -> Array:
-    """Return the distances (n,) m to the left of the recorded path at the samples."""
-    apart, way = (played.figures - question.as_recorded.figures)[:, PLACE], question.way
+    """Return the distances (n,) m to the left of the path that is kept, at the samples."""
+    apart, way = (played.figures - question.intended)[:, PLACE], question.way
     return np.asarray(apart[:, 1] * way[:, 0] - apart[:, 0] * way[:, 1])
 
 
 def seconds_lost(question: Question, played: Played) -> Array:
-    """Return by how much later (n,) s a run passes the lines across the recorded path at the samples; NaN where it
-    does not within its time.
+    """Return by how much later (n,) s a run passes the lines across its path at the samples, than the recorded run did
+    its own; NaN where it does not within its time.
     """
     run, lost = played.run, np.full(len(question.samples), np.nan)
-    for j, (place, way) in enumerate(zip(question.as_recorded.figures[:, PLACE], question.way, strict=True)):
+    for j, (place, way) in enumerate(zip(question.intended[:, PLACE], question.way, strict=True)):
         ahead = (run.com[:, :2] - place) @ way
         passed = np.flatnonzero((ahead[:-1] < 0.0) & (ahead[1:] >= 0.0))
         if len(passed):
@@ -218,10 +218,12 @@ def seconds_per_number(solution: Solution, names: tuple[str, ...], changed: froz
     passing = (
         last if question.intent.paced else int(np.argmin(np.abs(played.times - question.samples[last] - lost[last])))
     )
-    recorded = figures_tangents(question.as_recorded, names, ())
+    recorded = question.on_course(figures_tangents(question.as_recorded, names, ()))
     asked = np.zeros_like(recorded)
     shared = [i for i, name in enumerate(names) if name not in changed]
     asked[..., shared] = figures_tangents(played, [names[i] for i in shared], ())
+    if question.gates.moved:
+        asked = question.course.by_recorded_start(asked, names)
     later = np.zeros(len(names))
     if question.size:
         jacobian = solution.jacobian
@@ -302,7 +304,8 @@ def lines_of(answer: WhatIf) -> list[str]:
     lines = [
         f"{answer.recording}, {asked}, keeping the {answer.keep}{hurry}: {seconds}",
         f"departs from the captured posture by at most: {departs or 'nothing'}",
-        f"off the recorded path: {answer.off_path_rms_m:.2f} m rms, {answer.off_path_largest_m:.2f} m at most",
+        _speeds(answer),
+        f"off the path: {answer.off_path_rms_m:.2f} m rms, {answer.off_path_largest_m:.2f} m at most",
         f"out of the recorded run's balance by at most {answer.imbalance_unchanged.moment_Nm:.0f} N m unchanged, "
         f"{answer.imbalance.moment_Nm:.0f} corrected (limit {BALANCE:g})",
     ]
@@ -318,6 +321,20 @@ def lines_of(answer: WhatIf) -> list[str]:
     if not answer.skiable:
         lines.append(f"not skiable like this: {'; '.join(answer.reasons)}")
     return lines
+
+
+def _speeds(answer: WhatIf) -> str:
+    """Return mean speeds, and what a turn costs on average, as a line."""
+    speeds = f"mean speed: {answer.recorded.mean_speed_mps:.2f} m/s recorded, {answer.asked.mean_speed_mps:.2f} asked"
+    lost = [turn.lost_s for turn in answer.turns if turn.lost_s is not None]
+    if not lost:
+        return speeds
+    slower = [turn.recorded_mps - turn.asked_mps for turn in answer.turns if turn.lost_s is not None]
+    change = float(np.mean(slower))
+    speeds += (
+        f"; a turn: {_lost(float(np.mean(lost)))} and {abs(change):.2f} m/s {'slower' if change >= 0 else 'faster'}"
+    )
+    return f"{speeds}, on average of {len(lost)}"
 
 
 def _lost(seconds: float) -> str:

@@ -22,7 +22,7 @@ SPACING: Final = 0.25
 """s between the supports of corrections, which therefore follow changes of up to 2 Hz: people move as they intend up to
 2 Hz where they have to follow something, up to 5 Hz where they know the movement (Brooks, IEEE Conf. Systems, Man and
 Cybernetics (1990) 113)."""
-_MOST: Final = 120
+MOST: Final = 120
 """Supports at most, however long the run: half a minute."""
 
 
@@ -123,7 +123,7 @@ class Supports:
     """
 
     def __init__(self, start: float, stop: float, begin: float) -> None:
-        self.knots = spline_knots(start, stop, SPACING, _MOST)
+        self.knots = spline_knots(start, stop, SPACING, MOST)
         every = len(self.knots) - 4
         first = 0 if begin <= start else min(int(np.searchsorted(self.knots, begin)), every - 1)
         self._coefficients = np.eye(every)[:, first:]

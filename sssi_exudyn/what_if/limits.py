@@ -103,7 +103,7 @@ def imbalance(question: Question, played: Played) -> Imbalance:
     The residual moment is what a hand at the pelvis would have to give.  Without it the skier falls the other way.
     """
     samples, way = question.samples, question.way
-    change = (played.figures - question.as_recorded.figures)[:, MOMENT]
+    change = (played.figures - question.intended)[:, MOMENT]
     settled = (samples >= samples[0] + SETTLING) & (samples <= samples[-1] - SETTLING)
     size = np.where(settled, np.linalg.norm(change, axis=1), 0.0)
     worst = int(np.argmax(size))

@@ -32,6 +32,7 @@ from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepar
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.what_if.corrections import Directions, Supports
+from sssi_exudyn.what_if.gates import Gates, course_of
 from sssi_exudyn.what_if.intent import (
     BALANCE_TIME,
     FIGURES,
@@ -57,6 +58,7 @@ PACE_SCALE: Final = 0.3
 """Of g, the logarithm of the slowness: a skier a third slower.  What he meets says far more of it."""
 _DIFFERENCE: Final = 1e-3
 """Scales of a correction by which the body's own moment is differentiated."""
+_AS_THEY_STAND: Final = Gates()
 _APART: Final = 5
 """Splines from one to the next that shares none of its samples: a cubic one extends over four spacings."""
 
@@ -118,9 +120,9 @@ class Question:
     Raises SimulationDiverged when the recorded movement cannot be simulated on the recorded or on the asked model.
     """
 
-    def __init__(self, recorded: RecordedRun, asked: Model, keep: Keep) -> None:
+    def __init__(self, recorded: RecordedRun, asked: Model, keep: Keep, gates: Gates = _AS_THEY_STAND) -> None:
         self.worth = 0.0
-        self.recorded, self.asked, self.keep = recorded, asked, keep
+        self.recorded, self.asked, self.keep, self.gates = recorded, asked, keep, gates
         motion = recorded.motion
         self.nodes = nodes_of(motion.start, motion.stop)
         self.samples = np.linspace(
@@ -128,11 +130,17 @@ class Question:
         )
         even = Pace(self.nodes, np.ones(len(self.nodes)))
         self.as_recorded = play(recorded.model, motion, even, self.samples)
-        self.unchanged = play(asked, motion, even, self.samples)
+        self.course = course_of(gates, self.as_recorded.run, self.nodes)
         self._angles = motion.evaluate(self.nodes)[0]
+        if gates.moved:
+            self.asked = replace(asked, start=self.course.begin(asked.start))
+            self._angles = self.course.posture(self._angles, motion.inclination)
+            motion = spline_motion(motion.geometry, motion.inclination, self.nodes, self._angles)
         self._directions = Directions(
             self.intent.corrections, PostureMap(Parts(recorded.model, motion), self.as_recorded.prepared.time)
         )
+        self.supports = Supports(motion.start, motion.stop, motion.start)
+        self.unchanged = self.play(np.zeros(self.size))
         self.weights = weights_of(keep, self.samples, self.way)
         begin = motion.start if keep == "line" else self._met() - LOOK_AHEAD
         self.supports = Supports(motion.start, motion.stop, begin)
@@ -157,6 +165,15 @@ class Question:
         # from the left ski to the right one anticlockwise, seen from above: tips together
         return intent_of(self.keep, float(np.mean(np.arctan2(across, np.sum(left * right, axis=1)))))
 
+    @cached_property
+    def intended(self) -> Array:
+        """(n, ``FIGURES``) that the skier keeps: the recorded run's, on the path between gates that are moved."""
+        return self.on_course(self.as_recorded.figures)
+
+    def on_course(self, recorded: Array) -> Array:
+        """Return figures (n, ``FIGURES``, …) of the recorded run, or derivatives of them, on the path that is kept."""
+        return self.course.figures(recorded, self.samples) if self.gates.moved else recorded
+
     @property
     def size(self) -> int:
         """Number of unknowns."""
@@ -164,14 +181,15 @@ class Question:
 
     @cached_property
     def way(self) -> Array:
-        """(n, 2) directions of the recorded path at the samples."""
+        """(n, 2) directions of the path that is kept, at the samples."""
         run = self.as_recorded.run
         velocity = np.stack([np.interp(self.samples, run.time, run.com_velocity[:, i]) for i in range(2)], axis=1)
-        return np.asarray(velocity / np.linalg.norm(velocity, axis=1, keepdims=True))
+        way = np.asarray(velocity / np.linalg.norm(velocity, axis=1, keepdims=True))
+        return self.course.way(way) if self.gates.moved else way
 
     def _met(self) -> float:
         """Return the instant (s) at which the run meets the change; the start where there is none."""
-        apart = np.einsum("nrk,nk->nr", self.weights, self.unchanged.figures - self.as_recorded.figures)
+        apart = np.einsum("nrk,nk->nr", self.weights, self.unchanged.figures - self.intended)
         return float(self.samples[np.argmax(np.max(np.abs(apart), axis=1) > NOTICED)])
 
     def amounts(self, unknowns: Array, recorded: Array) -> Array:
@@ -187,15 +205,15 @@ class Question:
 
     def pace(self, unknowns: Array) -> Pace:
         """Return the pace."""
-        slower = (
-            self._pace_splines @ unknowns[-self.supports.count :] if self.intent.paced else np.zeros(len(self.nodes))
-        )
+        slower = self.course.slower if self.gates.moved else np.zeros(len(self.nodes))
+        if self.intent.paced:
+            slower = slower + self._pace_splines @ unknowns[-self.supports.count :]
         return Pace(self.nodes, np.exp(slower))
 
     def movement(self, unknowns: Array) -> tuple[Motion, Pace]:
         """Return the corrected movement at its pace."""
         motion, pace = self.recorded.motion, self.pace(unknowns)
-        if not np.any(unknowns):
+        if not np.any(unknowns) and not self.gates.moved:
             return motion, pace
         own = pace.own(self.nodes)
         return spline_motion(motion.geometry, motion.inclination, own, self._angles + self.added(unknowns)), pace
@@ -207,7 +225,7 @@ class Question:
 
     def residual(self, unknowns: Array, played: Played) -> Array:
         """Return r."""
-        apart = np.einsum("nrk,nk->nr", self.weights, played.figures - self.as_recorded.figures)
+        apart = np.einsum("nrk,nk->nr", self.weights, played.figures - self.intended)
         return np.concatenate([apart.ravel(), unknowns])
 
     def cost(self, unknowns: Array, played: Played) -> float:
@@ -217,7 +235,7 @@ class Question:
 
     def later_at_end(self, played: Played) -> float:
         """Return T, s: by how much the last sample is later, and what is left from there to the end of the path."""
-        ahead = (played.figures[-1] - self.as_recorded.figures[-1])[PLACE] @ self.way[-1]
+        ahead = (played.figures[-1] - self.intended[-1])[PLACE] @ self.way[-1]
         return float(played.times[-1] - self.samples[-1] - ahead / played.figures[-1, SPEED][0])
 
     def later_at_end_by(self, by_unknown: Array, played: Played) -> Array:
