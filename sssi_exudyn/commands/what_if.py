@@ -196,7 +196,7 @@ def _draw(path: Path, answer: WhatIf, solution: Solution) -> None:
     for name, run in (("recorded", question.as_recorded), ("asked", played)):
         paths.plot(run.run.com[:, 1], -run.run.com[:, 0], label=name)
         speeds.plot(question.samples, run.figures[:, SPEED], label=name)
-    if question.gates.moved:
+    if question.path is not None:
         paths.plot(question.intended[:, 1], -question.intended[:, 0], "k:", label="between the gates")
     paths.set_aspect("equal", adjustable="datalim")
     paths.set_xlabel("to the left (m)")

@@ -26,7 +26,7 @@ from sssi_exudyn.what_if.answer import departures, last_passed, off_path, reason
 from sssi_exudyn.what_if.corrections import EDGING, FORE_AFT, LEAN, PLOUGH, STEERING
 from sssi_exudyn.what_if.fastest import solutions
 from sssi_exudyn.what_if.intent import STRICT_PATH_SIGMA
-from sssi_exudyn.what_if.limits import run_figures
+from sssi_exudyn.what_if.limits import imbalance, run_figures
 from sssi_exudyn.what_if.question import Question
 from sssi_exudyn.what_if.recorded_run import RecordedRun, recorded_run
 from sssi_exudyn.what_if.solve import Solution
@@ -47,6 +47,7 @@ COLUMNS: Final = (
     Column("mean_speed_mps", "m/s", "of the centre of mass, over time"),
     Column("max_force_bodyweights", "1", "largest normal force on both skis, in body weights"),
     Column("max_knee_extension_Nm_per_kg", "N m/kg", "largest moment that stretches a knee"),
+    Column("max_imbalance_Nm", "N m", "largest departure from the recorded run's balance, over 0.33 s"),
     Column("residual_moment_rms_Nm", "N m", "of the residual moment at the pelvis"),
     Column("friction_work_J", "J", "work of the snow's friction on the feet"),
 )
@@ -109,6 +110,7 @@ def _figures(solution: Solution, strict: Solution | None) -> Figures:
         "mean_speed_mps": figures.mean_speed_mps,
         "max_force_bodyweights": figures.peak_force_bodyweights,
         "max_knee_extension_Nm_per_kg": figures.peak_knee_extension_Nm_per_kg,
+        "max_imbalance_Nm": imbalance(question, played).moment_Nm,
         "residual_moment_rms_Nm": figures.residual_moment_rms_Nm,
         "friction_work_J": figures.friction_J,
     }

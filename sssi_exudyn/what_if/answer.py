@@ -218,12 +218,12 @@ def seconds_per_number(solution: Solution, names: tuple[str, ...], changed: froz
     passing = (
         last if question.intent.paced else int(np.argmin(np.abs(played.times - question.samples[last] - lost[last])))
     )
-    recorded = question.on_course(figures_tangents(question.as_recorded, names, ()))
+    recorded = question.on_path(figures_tangents(question.as_recorded, names, ()))
     asked = np.zeros_like(recorded)
     shared = [i for i, name in enumerate(names) if name not in changed]
     asked[..., shared] = figures_tangents(played, [names[i] for i in shared], ())
-    if question.gates.moved:
-        asked = question.course.by_recorded_start(asked, names)
+    if question.path is not None:
+        asked = question.path.by_recorded_start(asked, names)
     later = np.zeros(len(names))
     if question.size:
         jacobian = solution.jacobian

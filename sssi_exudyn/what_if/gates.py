@@ -43,7 +43,7 @@ class Gates:
 
 
 @dataclass(frozen=True)
-class Course:
+class MovedPath:
     """The path that a skier intends, at instants of the recorded clock.
 
     start : (2,) m, of the recorded path and of this one;  scale : (2,) factors along f and l
@@ -108,7 +108,7 @@ class Course:
         return turned
 
 
-def course_of(gates: Gates, recorded: ReducedRun, time: Array) -> Course:
+def moved_path(gates: Gates, recorded: ReducedRun, time: Array) -> MovedPath:
     """Return the path between gates that are moved, at instants ``time`` (n,) s of a recorded run."""
     scale = np.array([gates.distance, gates.offset])
     velocity = recorded.com_velocity[:, :2]
@@ -120,4 +120,4 @@ def course_of(gates: Gates, recorded: ReducedRun, time: Array) -> Course:
     inside = spline_knots(first, last, SPACING, MOST)[4:-4]
     knots = np.concatenate([np.full(4, first), inside, np.full(4, last)])
     smooth = make_lsq_spline(recorded.time, np.column_stack([turned, slower]), knots, k=3)(time)
-    return Course(recorded.com[0, :2].copy(), scale, time, smooth[:, 0], smooth[:, 1])
+    return MovedPath(recorded.com[0, :2].copy(), scale, time, smooth[:, 0], smooth[:, 1])

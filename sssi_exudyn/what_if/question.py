@@ -32,7 +32,7 @@ from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepar
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.what_if.corrections import Directions, Supports
-from sssi_exudyn.what_if.gates import Gates, course_of
+from sssi_exudyn.what_if.gates import Gates, moved_path
 from sssi_exudyn.what_if.intent import (
     BALANCE_TIME,
     FIGURES,
@@ -130,11 +130,11 @@ class Question:
         )
         even = Pace(self.nodes, np.ones(len(self.nodes)))
         self.as_recorded = play(recorded.model, motion, even, self.samples)
-        self.course = course_of(gates, self.as_recorded.run, self.nodes)
+        self.path = moved_path(gates, self.as_recorded.run, self.nodes) if gates.moved else None
         self._angles = motion.evaluate(self.nodes)[0]
-        if gates.moved:
-            self.asked = replace(asked, start=self.course.begin(asked.start))
-            self._angles = self.course.posture(self._angles, motion.inclination)
+        if self.path is not None:
+            self.asked = replace(asked, start=self.path.begin(asked.start))
+            self._angles = self.path.posture(self._angles, motion.inclination)
             motion = spline_motion(motion.geometry, motion.inclination, self.nodes, self._angles)
         self._directions = Directions(
             self.intent.corrections, PostureMap(Parts(recorded.model, motion), self.as_recorded.prepared.time)
@@ -168,11 +168,11 @@ class Question:
     @cached_property
     def intended(self) -> Array:
         """(n, ``FIGURES``) that the skier keeps: the recorded run's, on the path between gates that are moved."""
-        return self.on_course(self.as_recorded.figures)
+        return self.on_path(self.as_recorded.figures)
 
-    def on_course(self, recorded: Array) -> Array:
+    def on_path(self, recorded: Array) -> Array:
         """Return figures (n, ``FIGURES``, …) of the recorded run, or derivatives of them, on the path that is kept."""
-        return self.course.figures(recorded, self.samples) if self.gates.moved else recorded
+        return recorded if self.path is None else self.path.figures(recorded, self.samples)
 
     @property
     def size(self) -> int:
@@ -185,7 +185,7 @@ class Question:
         run = self.as_recorded.run
         velocity = np.stack([np.interp(self.samples, run.time, run.com_velocity[:, i]) for i in range(2)], axis=1)
         way = np.asarray(velocity / np.linalg.norm(velocity, axis=1, keepdims=True))
-        return self.course.way(way) if self.gates.moved else way
+        return way if self.path is None else self.path.way(way)
 
     def _met(self) -> float:
         """Return the instant (s) at which the run meets the change; the start where there is none."""
@@ -205,15 +205,15 @@ class Question:
 
     def pace(self, unknowns: Array) -> Pace:
         """Return the pace."""
-        slower = self.course.slower if self.gates.moved else np.zeros(len(self.nodes))
-        if self.intent.paced:
+        slower = np.zeros(len(self.nodes)) if self.path is None else self.path.slower
+        if self.intent.paced and np.any(unknowns):
             slower = slower + self._pace_splines @ unknowns[-self.supports.count :]
         return Pace(self.nodes, np.exp(slower))
 
     def movement(self, unknowns: Array) -> tuple[Motion, Pace]:
         """Return the corrected movement at its pace."""
         motion, pace = self.recorded.motion, self.pace(unknowns)
-        if not np.any(unknowns) and not self.gates.moved:
+        if not np.any(unknowns) and self.path is None:
             return motion, pace
         own = pace.own(self.nodes)
         return spline_motion(motion.geometry, motion.inclination, own, self._angles + self.added(unknowns)), pace

@@ -11,12 +11,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 import psutil
 import pytest
 import tomli_w
 from distributed import Security
 from thread_pool import thread_pool
 
+import sssi_exudyn
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.sweeps import sweep as sweeps
 from sssi_exudyn.sweeps.records import read_records
@@ -41,6 +43,12 @@ def until(true: Any) -> None:
     while not true():
         assert time.monotonic() < end
         time.sleep(0.02)
+
+
+def free_port() -> int:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return int(free.getsockname()[1])
 
 
 def nannied(pid: int) -> list[psutil.Process]:
@@ -86,9 +94,7 @@ def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Use a scheduler that asks for certificates, which Dask's own configuration names."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        address = f"tls://127.0.0.1:{free.getsockname()[1]}"
+    address = f"tls://127.0.0.1:{free_port()}"
     out = tmp_path / "out"
     tls = certificates(tmp_path)
     scheduling = ("distributed.cli.dask_scheduler", "--no-dashboard", "--host", address, *tls)
@@ -118,6 +124,32 @@ def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(
     monkeypatch.setattr(sweeps, "pool_of", lambda *_: thread_pool)
     sweeps.sweep(settings(RUNS), at_once)
     assert (at_once / "runs.parquet").read_bytes() == (out / "runs.parquet").read_bytes()
+
+
+@pytest.mark.long(seconds=25)
+def test_what_ifs_are_answered_though_a_worker_dies(tmp_path: Path) -> None:
+    result, out = tmp_path / "results" / "beginner", tmp_path / "out"
+    sssi_exudyn.simulate(EXAMPLES / "beginner", result, seconds=":2.1")
+    wind = {"name": "wind.w_f", "low": -20.0, "high": 0.0, "count": 12}
+    asked = {"format": 1, "name": "asked", "task": "whatif", "recordings": [str(result)], "keep": "movement", "parameter": [wind]}
+    address = f"tcp://127.0.0.1:{free_port()}"
+    file = tmp_path / "asked.toml"
+    file.write_text(tomli_w.dumps(asked), encoding="utf-8")
+    working = ("distributed.cli.dask_worker", address, "--nworkers", "2", "--nthreads", "1", "--no-dashboard")
+    command = [sys.executable, "-m", "sssi_exudyn", "sweep", str(file), "--out", str(out), "--scheduler", address]
+    with (
+        running("distributed.cli.dask_scheduler", "--no-dashboard", "--host", address),
+        running(*working) as workers,
+    ):
+        sweep = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+        until(lambda: len(list((out / "records").glob("*.json"))) >= 2)
+        nannied(workers.pid)[0].kill()
+        assert sweep.wait(PATIENCE) == 0
+    rows = pd.read_parquet(out / "runs.parquet").sort_values("wind.w_f")
+    assert (rows["status"] == "done").all()
+    assert list(rows["skiable"].iloc[[0, -1]]) == [0.0, 1.0]  # a storm from ahead, and the recorded air
+    sweeps.sweep(asked, tmp_path / "here", in_this_process=True)
+    assert (tmp_path / "here" / "runs.parquet").read_bytes() == (out / "runs.parquet").read_bytes()
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "tls://127.0.0.1:9", "nonsense://x"])

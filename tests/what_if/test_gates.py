@@ -45,17 +45,18 @@ def test_the_path_is_scaled_from_its_start() -> None:
 
 def test_the_whole_posture_turns_about_the_snows_normal() -> None:
     question = asked(0.9, 1.2)
+    assert question.path is not None
     motion = question.recorded.motion
     turned = spline_motion(
         motion.geometry,
         motion.inclination,
         question.nodes,
-        question.course.posture(motion.evaluate(question.nodes)[0], motion.inclination),
+        question.path.posture(motion.evaluate(question.nodes)[0], motion.inclination),
     )
     instants = question.nodes[::50]
-    turns = rotations_about(np.array([0.0, 0.0, 1.0]), question.course.turned[::50])
+    turns = rotations_about(np.array([0.0, 0.0, 1.0]), question.path.turned[::50])
     before, after = (relative_poses(of, instants)[0].rotation[:, SEGMENT["calcn_l"]] for of in (motion, turned))
-    assert float(np.max(np.abs(question.course.turned))) > np.radians(3.0)
+    assert float(np.max(np.abs(question.path.turned))) > np.radians(3.0)
     np.testing.assert_allclose(after, turns @ before, atol=1e-9)  # splines through the same nodes
 
 
@@ -82,8 +83,9 @@ def test_the_skier_follows_the_gates(distance: float, offset: float, slower: int
 
 def test_derivatives_by_the_recorded_start_are_turned_with_the_path() -> None:
     question = asked(1.0, 1.2)
+    assert question.path is not None
     names = ("start.velocity_f", "start.velocity_l")
-    slopes = question.course.by_recorded_start(figures_tangents(question.unchanged, names, ()), names)[:, PLACE]
+    slopes = question.path.by_recorded_start(figures_tangents(question.unchanged, names, ()), names)[:, PLACE]
     for column, name in enumerate(names):
         ends = []
         for change in (-0.01, 0.01):

@@ -10,13 +10,15 @@ import pytest
 from bundled import bundled
 
 from sssi_exudyn.analysis.turns import find_turns
+from sssi_exudyn.contact.registry import combine_terms
+from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import GRAVITY
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.sweeps.asked_model import change_model, gates_of
 from sssi_exudyn.what_if.answer import reasons_of, seconds_lost
 from sssi_exudyn.what_if.intent import SPEED
-from sssi_exudyn.what_if.question import Question
+from sssi_exudyn.what_if.question import STEP, Played, Question
 from sssi_exudyn.what_if.recorded_run import RecordedRun, nodes_of
 from sssi_exudyn.what_if.solve import Solution, solve
 
@@ -80,6 +82,26 @@ def test_a_share_of_the_distance_slows_more_than_that_of_the_offset() -> None:
     """Gilgien et al. 2021 (super-G): 13 % less distance slow a skier as 51 % more offset do."""
     nearer, aside = (asked(f"gates.{name}", value, "intermediate") for name, value in NEAR_AND_ASIDE)
     assert slower(nearer) > slower(aside) > 0.0
+
+
+def test_a_larger_sidecut_radius_turns_wider_on_snow_that_edges_cut() -> None:
+    """Spörri et al. 2016 (Br. J. Sports Med. 50:14), with radii of 30, 35 and 40 m."""
+    paper = recorded("intermediate", STOP)
+    # hardness, strength and friction as fitted to this recording
+    carving = Carving(hardness=4.3e7, strength=8e4, mu=0.13)
+    run = replace(paper, model=replace(paper.model, terms=combine_terms(paper.model.terms, (carving,))))
+    question, deeper = (
+        Question(run, change_model(run.model, {"ski.sidecut_scale": scale}, None), "movement") for scale in (0.7, 1.3)
+    )
+    radii = [mean_radius(played) for played in (deeper.unchanged, question.as_recorded, question.unchanged)]
+    assert radii[0] < radii[1] < radii[2]
+
+
+def mean_radius(played: Played) -> float:
+    """Return path length by angle turned, m, without the first 0.3 s in which skis settle."""
+    velocity = played.run.com_velocity[30:, :2]
+    turned = np.abs(np.diff(np.unwrap(np.arctan2(velocity[:, 1], velocity[:, 0])))).sum()
+    return float(np.linalg.norm(velocity, axis=1).sum() * STEP / turned)
 
 
 def test_most_energy_goes_about_the_fall_line() -> None:

@@ -16,7 +16,7 @@ from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.sweeps.asked_model import change_model
 from sssi_exudyn.what_if.answer import departures, off_path, reasons_of, seconds_lost, seconds_per_number
 from sssi_exudyn.what_if.corrections import FORE_AFT, LEAN, PLOUGH, Correction
-from sssi_exudyn.what_if.intent import LOOK_AHEAD, SPEED, intent_of
+from sssi_exudyn.what_if.intent import LOOK_AHEAD, PLACE, SPEED, intent_of
 from sssi_exudyn.what_if.limits import BALANCE, Imbalance, beyond, imbalance, moment_rms, out_of_balance, run_figures
 from sssi_exudyn.what_if.pace import Pace
 from sssi_exudyn.what_if.question import Question
@@ -93,6 +93,7 @@ def test_the_derivative_of_time_is_that_of_two_answers() -> None:
     assert -slope * 0.005 == pytest.approx(lost, rel=0.3)  # curvature of the answer over half a step, and of the gate
 
 
+@pytest.mark.long(seconds=4)
 def test_the_skier_reacts_shortly_before_a_patch_is_met() -> None:
     model = recorded().model
     f = recorded_com()[:, 0]
@@ -103,6 +104,11 @@ def test_the_skier_reacts_shortly_before_a_patch_is_met() -> None:
     # the patch begins smoothly over half a metre, which takes the beginner a tenth of a second
     met = float(np.interp(float(f[-1]) - 3.5, f, question.as_recorded.run.time))
     assert not np.any(question.supports.at(np.linspace(0.0, met - LOOK_AHEAD, 20)))
+    solution = solve(question)
+    before = question.samples < met - LOOK_AHEAD
+    places = [run.figures[before, PLACE] for run in (solution.played, question.as_recorded)]
+    np.testing.assert_allclose(*places, atol=1e-9)  # the movement is splined again through the same nodes
+    assert seconds_lost(question, solution.played)[-1] > 0.0
 
 
 @pytest.mark.long(seconds=4)
