@@ -38,7 +38,7 @@ class Gates:
 
     @property
     def moved(self) -> bool:
-        """Whether the path is another one."""
+        """Tell whether the path is another one."""
         return (self.distance, self.offset) != (1.0, 1.0)
 
 
