@@ -69,7 +69,7 @@ def test_without_a_reaction_the_speed_is_the_recorded_one_at_first() -> None:
 
 
 @pytest.mark.parametrize(("distance", "offset", "slower"), [(0.93, 1.0, 1), (1.0, 1.1, 1), (1.07, 1.0, -1)])
-@pytest.mark.long(seconds=4)
+@pytest.mark.long(seconds=8)
 def test_the_skier_follows_the_gates(distance: float, offset: float, slower: int) -> None:
     question = asked(distance, offset)
     solution = solve(question)

@@ -184,7 +184,7 @@ def test_balance_comes_back_with_another_pace() -> None:
 
 
 @pytest.mark.parametrize("change", [{"wind.w_f": -20.0}, {"friction.mu_n": 0.1}])
-@pytest.mark.long(seconds=8)
+@pytest.mark.long(seconds=11)
 def test_what_cannot_be_skied_is_refused(change: dict[str, float]) -> None:
     run = recorded("intermediate")
     solution = solve(Question(run, change_model(run.model, change, None), "path"))
