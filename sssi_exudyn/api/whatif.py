@@ -39,7 +39,7 @@ def whatif(
     ----------
     run : folder of a result of sssi fit or run, or of a recording, which is fitted first
     out : folder of the answer.  Without one, Python writes nothing.
-    changes : numbers to change, such as friction.mu_t=0.12, skier.mass=90, slope.inclination_deg=19, start.speed=9
+    changes : numbers to change, such as friction.mu_t=0.12, skier.mass=90, slope.inclination_deg=19, gates.distance=0.9
     ski : another ski, of the catalogue or a .toml file
     keep : what the skier keeps.  It is ``"movement"``, ``"path"``, ``"rhythm"``, ``"speed"``, or ``"line"``: a path as
         fast as his limits allow.

@@ -65,6 +65,8 @@ def test_the_movement_alone_need_not_come_to_the_end(result: Path) -> None:
         ({"recordings": [str(EXAMPLES / "beginner")]}, "this folder is none"),
         ({"parameter": [{"name": "posture_air.c_d", "values": [1.0]}]}, "has no number"),
         ({"tier": "full"}, 'tier: it means nothing to task = "whatif"'),
+        ({"parameter": [{"name": "gates.offset", "values": [1.1]}], "keep": "rhythm"}, "rhythm keeps none"),
+        ({"parameter": [{"name": "gates.offset", "values": [1.1, 2.0]}]}, "outside"),
         ({"keep": "pace"}, "use one of: movement, path, rhythm, speed, line"),
         ({"task": "simulate", "keep": "path"}, 'write task = "whatif"'),
     ],

@@ -61,6 +61,11 @@ def test_a_law_that_replaces_another_cannot() -> None:
         change_model(model_of(*bundled("beginner")), {"carving.hardness": 1e6}, None)
 
 
+def test_gates_need_a_path_that_is_kept(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="speed keeps none"):
+        sssi_exudyn.whatif(tmp_path, changes=["gates.distance=0.9"], keep="speed")
+
+
 def test_an_unknown_ski_is_refused() -> None:
     with pytest.raises(InputError, match="no ski is called"):
         change_model(model_of(*bundled("beginner")), {}, "plank")
