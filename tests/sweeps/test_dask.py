@@ -131,7 +131,14 @@ def test_what_ifs_are_answered_though_a_worker_dies(tmp_path: Path) -> None:
     result, out = tmp_path / "results" / "beginner", tmp_path / "out"
     sssi_exudyn.simulate(EXAMPLES / "beginner", result, seconds=":2.1")
     wind = {"name": "wind.w_f", "low": -20.0, "high": 0.0, "count": 12}
-    asked = {"format": 1, "name": "asked", "task": "whatif", "recordings": [str(result)], "keep": "movement", "parameter": [wind]}
+    asked = {
+        "format": 1,
+        "name": "asked",
+        "task": "whatif",
+        "recordings": [str(result)],
+        "keep": "movement",
+        "parameter": [wind],
+    }
     address = f"tcp://127.0.0.1:{free_port()}"
     file = tmp_path / "asked.toml"
     file.write_text(tomli_w.dumps(asked), encoding="utf-8")
