@@ -1,10 +1,10 @@
 """Turns of a run, from its path or from its course over time.
 
 A turn is delimited by two transitions, where the turn's radius is largest (paper, "Quantitative analysis"): the course
-over ground has an extremum there.  Extrema count when the course changes by ``LEAST_ANGLE`` on both of their sides, so
-that noise of a track makes no turn.  Where the skier goes straight for longer than ``LONGEST_TRANSITION``, a traverse
-lies between two turns and they end where it begins.  Initiation, control and completion are three
-equal parts of a turn.
+over ground has an extremum there.  Extrema count when the course changes enough on both of their sides: by
+``LEAST_ANGLE``, so that noise of a track makes no turn, and by ``LEAST_SHARE`` of the run's usual turn, so that a
+hesitation makes none either.  Where the skier goes straight for longer than ``LONGEST_TRANSITION``, a traverse lies
+between two turns and they end where it begins.  Initiation, control and completion are three equal parts of a turn.
 """
 
 from __future__ import annotations
@@ -28,8 +28,10 @@ RATE: Final = 50.0
 """Hz at which course and speed are sampled."""
 CUTOFF: Final = 1.5
 """Hz; the quickest slalom turns last 0.7 s, two of them 1.4 s, which is 0.7 Hz."""
-LEAST_ANGLE: Final = np.radians(20.0)
-"""Change of course that makes a turn; a traverse that drifts makes less."""
+LEAST_ANGLE: Final = np.radians(25.0)
+"""Change of course that makes a turn; a traverse that drifts makes less, and so does a slipping telephone."""
+LEAST_SHARE: Final = 0.25
+"""Share of the run's median turn below which a change of course back and forth is a hesitation within a turn."""
 STRAIGHT: Final = 0.2
 """Share of a turn's quickest change of course below which the skier goes straight."""
 LONGEST_TRANSITION: Final = 1.5
@@ -130,7 +132,7 @@ def find_turns(time: Array, path: Array) -> Turns:
     place = lowpass(CubicSpline(time, path[:, :2])(grid), RATE, CUTOFF)
     velocity = np.gradient(place, 1.0 / RATE, axis=0)
     speed = np.linalg.norm(velocity, axis=1)
-    return _turns(grid, _course(velocity, speed), speed)
+    return _turns(grid, _course(velocity, speed), speed, speed > STANDING)
 
 
 def turns_of_course(time: Array, course: Array, speed: Array) -> Turns:
@@ -140,14 +142,18 @@ def turns_of_course(time: Array, course: Array, speed: Array) -> Turns:
     ----------
     time : (n,) s, rising
     course : (n,) rad anticlockwise, unwrapped
-    speed : (n,) m/s over ground
+    speed : (n,) m/s over ground; a skier whose course turns does not stand, whatever the speed
     """
     if len(time) < LEAST_SAMPLES:
         return Turns((), ())
     grid = _grid(time)
-    return _turns(
-        grid, lowpass(PchipInterpolator(time, course)(grid), RATE, CUTOFF), PchipInterpolator(time, speed)(grid)
-    )
+    smooth, fast = lowpass(PchipInterpolator(time, course)(grid), RATE, CUTOFF), PchipInterpolator(time, speed)(grid)
+    moving = fast > STANDING
+    for first, last in _runs(~moving):
+        # a receiver says 0 m/s until it has places, and a telephone's first speeds come seconds late
+        if float(np.ptp(smooth[first : last + 1])) >= LEAST_ANGLE:
+            moving[first : last + 1] = True
+    return _turns(grid, smooth, fast, moving)
 
 
 def edge_changes(time: Array, edge_angle: Array) -> Array:
@@ -193,13 +199,12 @@ def _course(velocity: Array, speed: Array) -> Array:
     return np.asarray(np.interp(index, index[moving], course), dtype=np.float64)
 
 
-def _turns(time: Array, course: Array, speed: Array) -> Turns:
+def _turns(time: Array, course: Array, speed: Array, moving: NDArray[np.bool_]) -> Turns:
     turns: list[Turn] = []
     stretches: list[Stretch] = []
     falls = list(_falls(time, speed))
-    moving = speed > STANDING
     for fall in falls:
-        moving &= ~((time >= fall.start) & (time <= fall.end))
+        moving = moving & ~((time >= fall.start) & (time <= fall.end))
     for first, last in _runs(~moving):
         start = float(time[first])
         if not any(fall.start <= start <= fall.end for fall in falls):
@@ -227,10 +232,10 @@ def _falls(time: Array, speed: Array) -> Iterator[Stretch]:
 def _turns_of_run(time: Array, course: Array) -> tuple[list[Turn], list[Stretch]]:
     """Return turns and traverses of one run without a stop."""
     rate = np.gradient(course, time)
-    bounds = _extrema(course)
-    pieces = [(a, b) for a, b in pairwise(bounds) if abs(course[b] - course[a]) >= LEAST_ANGLE]
-    turning = [piece for a, b in pieces for piece in _split_at_traverses(rate, a, b)]
-    turning = [(a, b) for a, b in turning if abs(course[b] - course[a]) >= LEAST_ANGLE]
+    pieces = list(pairwise(_transitions(course)))
+    turning = [piece for a, b in pieces for piece in _split_at_traverses(course, rate, a, b)]
+    if len(turning) == 1:
+        turning = [(a, b) for a, b in turning if abs(course[b] - course[a]) >= LEAST_ANGLE]
     ends = [_active(rate, a, b) for a, b in turning]
     turns: list[Turn] = []
     stretches: list[Stretch] = []
@@ -263,26 +268,58 @@ def _turns_of_run(time: Array, course: Array) -> tuple[list[Turn], list[Stretch]
     return turns, stretches
 
 
-def _extrema(course: Array) -> list[int]:
-    """Return the indices of the ends and of every extremum that exceeds ``LEAST_ANGLE``, alternating."""
-    from scipy.signal import find_peaks  # here: it takes most of a second to load
+def _transitions(course: Array) -> list[int]:
+    """Return the indices of the ends and of every transition between them.
 
-    high = find_peaks(course, prominence=LEAST_ANGLE, plateau_size=1)[0]
-    low = find_peaks(-course, prominence=LEAST_ANGLE, plateau_size=1)[0]
-    return sorted({0, len(course) - 1, *map(int, high), *map(int, low)})
+    The least change of course rises with the run's own turns, until the turns that it leaves are all larger.
+    """
+    least = LEAST_ANGLE
+    while True:
+        bounds = _changes_of_side(course, least)
+        whole = np.abs(np.diff(course[bounds]))[1:-1]
+        usual = LEAST_SHARE * float(np.median(whole)) if len(whole) else 0.0
+        if usual <= least:
+            return bounds
+        least = usual
 
 
-def _split_at_traverses(rate: Array, first: int, last: int) -> list[tuple[int, int]]:
-    """Split a change of course to one side where the skier goes straight for long in its middle.
+def _changes_of_side(course: Array, least: float) -> list[int]:
+    """Return the indices of the ends and of the changes of side between them.
 
-    The pieces are two turns to the same side with a traverse between them.
+    Of all sequences of sides the most likely is taken (Viterbi): it has the largest sum of changes of course to the
+    turns' own sides, less ``least`` for each change of side.  So a turn changes the course by more than ``least``, and
+    one that the run's start or end cuts off by more than half of it.
+    """
+    flat = np.flatnonzero(np.diff(np.sign(np.diff(course)))) + 1
+    extrema = np.unique(np.r_[0, flat, len(course) - 1])
+    rises = np.diff(course[extrema])
+    gains = np.stack([rises, -rises], axis=1)
+    best, changed = gains[0], np.zeros((len(rises), 2), dtype=np.bool_)
+    for i in range(1, len(rises)):
+        after_change = best[::-1] - least
+        changed[i] = after_change > best
+        best = np.where(changed[i], after_change, best) + gains[i]
+    side, bounds = int(np.argmax(best)), [len(course) - 1]
+    for i in range(len(rises) - 1, 0, -1):
+        if changed[i, side]:
+            bounds.append(int(extrema[i]))
+            side = 1 - side
+    return [0, *bounds[::-1]]
+
+
+def _split_at_traverses(course: Array, rate: Array, first: int, last: int) -> list[tuple[int, int]]:
+    """Split a change of course to one side where the skier goes straight for longer than turning, in its middle.
+
+    The pieces are two turns to the same side with a traverse between them.  A shorter pause belongs to the turn.
     """
     quick = np.abs(rate[first : last + 1]) > STRAIGHT * np.max(np.abs(rate[first : last + 1]))
     pieces = list(_runs(quick))
     cuts = [first]
     for (_, stop), (begin, _) in pairwise(pieces):
-        if (begin - stop) / RATE > LONGEST_TRANSITION:
-            slowest = first + stop + int(np.argmin(np.abs(rate[first + stop : first + begin])))
+        straight, turning = begin - stop, np.count_nonzero(quick[cuts[-1] - first :])
+        slowest = first + stop + int(np.argmin(np.abs(rate[first + stop : first + begin])))
+        parts = np.abs(course[[cuts[-1], last]] - course[slowest])
+        if straight > max(LONGEST_TRANSITION * RATE, turning) and min(parts) >= LEAST_ANGLE:
             cuts.append(slowest)
     cuts.append(last)
     return list(pairwise(cuts))

@@ -89,6 +89,42 @@ def test_two_turns_to_one_side_are_two() -> None:
     assert [stretch.kind for stretch in course_turns.stretches] == ["traverse"]
 
 
+def test_a_hesitation_within_a_turn_makes_no_turns() -> None:
+    time, course = linked(8)
+    wide = 2.5 * course  # turns of 150°, so that a quarter is 37°
+    hesitates = wide + np.radians(30.0) * np.exp(-(((time - 3.5 * TURN) / 0.25) ** 2))
+    turns = turns_of_course(time, hesitates, np.full(len(time), 8.0)).turns
+    assert [turn.side for turn in turns] == ["left", "right"] * 4
+    alone = turns_of_course(time[: len(time) // 8], hesitates[: len(time) // 8], np.full(len(time) // 8, 8.0)).turns
+    assert [turn.side for turn in alone] == ["left"]
+
+
+def test_a_pause_within_a_turn_belongs_to_it() -> None:
+    time = np.arange(0.0, 12.0, STEP)
+    course = np.interp(time, [0.0, 2.0, 4.0, 6.0, 9.0, 12.0], [0.0, 1.0, 1.0, 2.0, 0.5, 0.5])
+    assert [turn.side for turn in find_turns(time, path_of(course, 6.0)).turns] == ["left", "right"]
+
+
+def test_a_turn_that_the_run_cuts_off_needs_half_the_angle() -> None:
+    time, course = linked(3)
+    late = time > 0.6 * TURN  # cos(0.6 π) leaves 35 % of the first turn's 60°, 21°; a whole turn needs 25°
+    turns = turns_of_course(time[late], course[late], np.full(np.count_nonzero(late), 8.0)).turns
+    assert [turn.side for turn in turns] == ["left", "right", "left"]
+    barely = time > 0.8 * TURN  # 10 %, 6°
+    turns = turns_of_course(time[barely], course[barely], np.full(np.count_nonzero(barely), 8.0)).turns
+    assert [turn.side for turn in turns] == ["right", "left"]
+
+
+def test_who_turns_does_not_stand() -> None:
+    time, course = linked(6)
+    late = np.where(time < 2.0 * TURN, 0.0, 8.0)  # a receiver that has no places yet
+    turns = turns_of_course(time, course, late)
+    assert [turn.side for turn in turns.turns] == ["left", "right"] * 3
+    assert not turns.stretches
+    waits = turns_of_course(time, np.where(time < 2.0 * TURN, course[0], course), late)
+    assert [stretch.kind for stretch in waits.stretches] == ["stop"]
+
+
 def test_straight_running_has_no_turns() -> None:
     time = np.arange(0.0, 8.0, 0.1)
     path = np.stack([9.0 * time, 0.0 * time], axis=1) + noise(len(time), 10.0, 0.05, 3)

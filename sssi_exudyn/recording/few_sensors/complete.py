@@ -80,6 +80,7 @@ class Completed:
     sigma : standard deviations of the feet
     steered : whether the skis' own heading was measured, not only their course
     lag : lag of the receiver, None where no sensor shows it
+    turning : the sensor that turns most as the course does; None where none does
     course, edge, lean, unbalanced : input of the posture's solution, and its balance, at ``bvh.time``
     start, stop : s, the stretch of skiing
     notes : what was done, in words
@@ -92,6 +93,7 @@ class Completed:
     sigma: FootSigma
     steered: bool
     lag: Lag | None
+    turning: Attitude | None
     course: Course
     edge: Array
     lean: Array
@@ -158,6 +160,7 @@ def complete(imus: tuple[Imu, ...], gps: Gps, ground: Ground, body: Body) -> Com
         sigma=sigma,
         steered=any(foot is not None for foot in feet),
         lag=lag,
+        turning=None if lag is None else attitudes[best],
         course=course,
         edge=coordinates.edge,
         lean=lean,
