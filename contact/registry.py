@@ -12,6 +12,7 @@ from sssi_exudyn.contact.terms.body_forces import PlantedPole, PolePlant, Unexpl
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.contact.terms.friction_corrections import (
+    Braking,
     EdgeDependentFriction,
     EdgeFriction,
     LoadDependentFriction,
@@ -40,6 +41,7 @@ TERMS: Final[tuple[type[Term], ...]] = (
     DragArea,
     SnowPatch,
     SpeedDependentFriction,
+    Braking,
     EdgeDependentFriction,
     EdgeFriction,
     LoadDependentFriction,

@@ -84,6 +84,37 @@ class SpeedDependentFriction(FootTerm):
 
 
 @dataclass(frozen=True)
+class Braking(FootTerm):
+    """Friction that a skier adds by skidding for a while, or leaves out; several in a row follow any course in time.
+
+    Where more is left out than there is, the ground is steeper than the model has it.
+
+    Formula: f_t = −delta_mu·max(1 − |t − t0|/width, 0)·ΣF_N·sign(v_t)
+    """
+
+    name: ClassVar[str] = "braking"
+    corrects: ClassVar[str] = AnisotropicFriction.name
+    sources: ClassVar[tuple[str, ...]] = ("friction from the balance along a path: docs/theory/few-sensors.md",)
+
+    delta_mu: float = quantity(
+        0.0,
+        "1",
+        low=-0.3,
+        high=0.6,
+        source="chosen: a slope of 17 degrees that the ground lacks; several times what is published",
+        meaning="how much more friction there is at t0",
+    )
+    t0: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it is largest")
+    width: float = quantity(
+        2.5, "s", low=0.1, high=60.0, source="chosen", meaning="time in which it comes, and in which it goes"
+    )
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        share = math.maximum(1.0 - math.absolute(state.t - self.t0) / self.width, 0.0)
+        return -self.delta_mu * share * state.load * math.saturate(state.v_t, _SMOOTHING), 0.0
+
+
+@dataclass(frozen=True)
 class EdgeDependentFriction(FootTerm):
     """Friction that changes with the edge angle: an edge cuts where a flat base glides.
 

@@ -3,7 +3,8 @@
 Few sensors show how much energy a skier loses, not what the skis do.  So the balance (``path_balance``) estimates what
 they show, with the model's own terms: gravity on the ground, the air's drag on the posture, the load square to the
 slope.  The model then gets friction with which its own run loses as much: mu_t at the run's mean speed, and friction
-that rises with speed as the skier brakes.  Friction across the ski, of which nothing is seen, stays at its prior.
+that rises with speed as the skier brakes.  Friction across the ski, of which nothing is seen, stays at its prior.  Last
+the run is led along the fixes (``led_run``).
 """
 
 from __future__ import annotations
@@ -20,10 +21,11 @@ from sssi_exudyn.contact.terms.friction_corrections import SpeedDependentFrictio
 from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.core.frames import GRAVITY
+from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.core.noise import ExponentialNoise
 from sssi_exudyn.core.number_ref import MU_N, MU_T, NumberRef
 from sssi_exudyn.core.quantity import quantities
+from sssi_exudyn.fitting.few_sensors.led_run import Fixes, lead
 from sssi_exudyn.fitting.few_sensors.path_balance import (
     PathData,
     PathEstimate,
@@ -32,6 +34,8 @@ from sssi_exudyn.fitting.few_sensors.path_balance import (
     predict_second_half,
 )
 from sssi_exudyn.fitting.first_fit import COARSE_STEP, UNSTEERED, Fitted, noise_of, problem_of
+from sssi_exudyn.fitting.misfit import why_missed, without_errors
+from sssi_exudyn.fitting.noise import usual_levels
 from sssi_exudyn.fitting.objective import counts_of
 from sssi_exudyn.fitting.optimise import Optimum
 from sssi_exudyn.fitting.snow_surface import BAROMETER
@@ -69,8 +73,10 @@ _REASONS: Final = {True: "converged: the objective no longer changes", False: "s
 class FewSensorsFit:
     """The fit, the balance that it rests on, and the second half as the first predicts it.
 
+    fitted : with the model whose run is led along the fixes
     steering : part of mu_t's standard deviation from skis that point farther into every turn than assumed
     confirmed : effective friction of the reduced model's run
+    unled : (n, 2) m, measured less simulated place of the run that is not led, level frame
     """
 
     fitted: Fitted
@@ -78,6 +84,15 @@ class FewSensorsFit:
     half: SecondHalf
     steering: float
     confirmed: float
+    unled: Array
+
+    def why_missed(self, recording: Recording) -> str:
+        """Return why the fit gives no standard errors (``misfit``); leading hides a misfit, so the run is not led."""
+        return why_missed(replace(self.fitted, residual=self.unled), recording)
+
+    def believable(self, recording: Recording) -> Fitted:
+        """Return the fit, its covariance NaN where the run that is not led contradicts it."""
+        return without_errors(self.fitted) if self.why_missed(recording) else self.fitted
 
     @property
     def unconfirmed(self) -> str:
@@ -112,6 +127,15 @@ def fit_few_sensors(
     progress(0.3, f"balance along the path: effective friction {path.effective:.3f} ± {path.effective_sigma:.3f}")
     model = replace(model, terms=holding_terms(model.terms, path))
     model, run = _as_fast(model, prepared, path)
+    unled = problem.residual(model, run.time, run.antenna)
+    progress(0.7, "reduced model: led along the fixes")
+    model, run = lead(
+        model,
+        prepared,
+        run,
+        fixes_of(recording, data),
+        lambda led, made: problem.residual(led, made.time, made.antenna),
+    )
     confirmed = effective_friction(run)
     progress(0.9, f"reduced model: effective friction {confirmed:.3f}")
     steering = _steering(model, recording)
@@ -133,7 +157,7 @@ def fit_few_sensors(
         reduced=replace(optimum, evaluations=_ROUNDS),
         wall=clock.perf_counter() - begin,
     )
-    return FewSensorsFit(fitted, path, half, steering, confirmed)
+    return FewSensorsFit(fitted, path, half, steering, confirmed, unled)
 
 
 def _as_fast(model: Model, prepared: Prepared, path: PathEstimate) -> tuple[Model, ReducedRun]:
@@ -176,6 +200,15 @@ def path_data(recording: Recording, motion: Motion, model: Model, prepared: Prep
         load=float(np.cos(model.inclination)),
         drag=drag_of(model, prepared, float(np.mean(speed))),
     )
+
+
+def fixes_of(recording: Recording, data: PathData) -> Fixes:
+    """Return what the recording's run is led by, with the usual noise of such a receiver."""
+    assert recording.gps is not None
+    assert recording.completed is not None
+    stated = float(np.median(recording.gps.sigma))
+    noise = usual_levels(stated, stated, 1.0, 1.0).gps
+    return Fixes(data.time, data.speed, data.speed_sigma, stated, noise, recording.completed.sigma.yaw)
 
 
 def _height_noise(gps: Gps, stated: float) -> tuple[float, ExponentialNoise]:

@@ -266,7 +266,7 @@ def _fit_few_sensors(work: Work, chosen: ChosenModel, method: Method, parameters
             model = on_snow_surface(model, recording, motion)
     with work.progress.stage("fit", expected_seconds("fit few sensors", motion)) as stage:
         fit = fit_few_sensors(recording, motion, model, method, stage.advance)
-    missed = why_missed(fit.fitted, recording)
+    missed = fit.why_missed(recording)
     posture = posture_figures(recording.completed, fit)
     posture = posture.without_errors() if missed else posture
     settings = {"command": "fit", "method": method, **work.settings, **chosen.settings}
