@@ -133,15 +133,18 @@ class Biomechanics:
     table: pd.DataFrame
 
 
-def biomechanics(result: SimulationResult, skier_mass: float, inclination: float) -> Biomechanics:
+def biomechanics(
+    result: SimulationResult, skier_mass: float, inclination: float, turns: Turns | None = None
+) -> Biomechanics:
     """Compute all figures of a run by turn and phase.
 
     Parameters
     ----------
     skier_mass : kg without boots and skis; joint moments are per kg of it, forces per its weight, as in the paper
     inclination : rad, of the slope
+    turns : the run's turns where they are known; None: those of the path of its centre of mass
     """
-    turns = find_turns(result.time, result.com)
+    turns = find_turns(result.time, result.com) if turns is None else turns
     skiing, lost = technique(result), losses(result, inclination)
     rows = []
     for number, turn in enumerate(turns.turns, 1):

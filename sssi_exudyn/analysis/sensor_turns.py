@@ -33,8 +33,6 @@ FEWEST: Final = 5
 def turns_of_sensor(time: Array, yaw_rate: Array, up: Array, speed: Array) -> Turns:
     """Find the turns of a skier from a sensor on the body.
 
-    Angles of these turns are those of the weighted sum, which is as large as the yaw rate, and not of the skis' course.
-
     Parameters
     ----------
     time : (n,) s, evenly spaced

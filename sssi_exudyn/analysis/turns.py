@@ -22,6 +22,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.rotations import lowpass
 
 Side = Literal["left", "right"]
+StretchKind = Literal["stop", "traverse", "fall"]
 PHASES: Final = ("initiation", "control", "completion")
 
 RATE: Final = 50.0
@@ -57,14 +58,12 @@ class Turn:
 
     side : direction of the turn, seen by the skier; its outside ski is the other one
     start, end : s, the transitions
-    angle : rad; change of the course, positive
     complete : False where the recording, a traverse or a stop cuts it off, so that it has no transition at one end
     """
 
     side: Side
     start: float
     end: float
-    angle: float
     complete: bool
 
     @property
@@ -83,7 +82,7 @@ class Turn:
 class Stretch:
     """An interval (s) in which the skier does not turn: stands, goes straight, or has fallen."""
 
-    kind: Literal["stop", "traverse", "fall"]
+    kind: StretchKind
     start: float
     end: float
 
@@ -258,7 +257,6 @@ def _turns_of_run(time: Array, course: Array) -> tuple[list[Turn], list[Stretch]
                 side="left" if course[b] > course[a] else "right",
                 start=float(time[start]),
                 end=float(time[last]),
-                angle=float(abs(course[last] - course[start])),
                 complete=not cut and (joined or 0 < last < len(time) - 1) and last == b,
             )
         )

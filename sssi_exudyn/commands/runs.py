@@ -18,6 +18,7 @@ import pandas as pd
 from sssi_exudyn.analysis.biomechanics import biomechanics, label_turns, residual_moment, turn_figures
 from sssi_exudyn.analysis.boots import add_cuffs
 from sssi_exudyn.analysis.losses import loss_figures
+from sssi_exudyn.analysis.skiing import recorded_turns
 from sssi_exudyn.analysis.turn_style import add_styles, style_of
 from sssi_exudyn.commands.expected import expected_seconds
 from sssi_exudyn.commands.recordings import SHORTEST_FIT, SILENT, read_folder
@@ -461,7 +462,8 @@ def write_outcome(
     """Put together all that a result's folder holds of a run, and write it into ``out`` if given."""
     result = result.shift(_height_of_track(recording, result))
     series = result.to_frame(slope_to_enu(model.inclination, model.fall_line_azimuth))
-    technique = biomechanics(result, model.skier.mass, model.inclination)
+    turns = recorded_turns(recording, float(result.time[0]), float(result.time[-1]))
+    technique = biomechanics(result, model.skier.mass, model.inclination, turns)
     if outcome.path is not None and not technique.table.empty:
         technique = replace(technique, table=add_styles(technique.table, outcome.path))
     series, boots = label_turns(series, technique.turns), None

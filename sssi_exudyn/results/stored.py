@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pandas as pd
 
-from sssi_exudyn.analysis.turns import LEAST_SAMPLES, Turns, find_turns
+from sssi_exudyn.analysis.biomechanics import WHOLE
+from sssi_exudyn.analysis.turns import LEAST_SAMPLES, Stretch, StretchKind, Turn, Turns, find_turns
 from sssi_exudyn.bodies.skier.chain import Geometry, geometry_from_dict
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, slope_to_enu
@@ -78,8 +80,18 @@ class StoredRun:
 
     @cached_property
     def turns(self) -> Turns:
-        """Turns of the centre of mass; none where the run stopped at once."""
-        return find_turns(self.time, self.com) if len(self.time) >= LEAST_SAMPLES else Turns((), ())
+        """Turns of the table; without one, those of the centre of mass, none where the run stopped at once."""
+        table = self.turn_table
+        if table is None or table.empty:
+            return find_turns(self.time, self.com) if len(self.time) >= LEAST_SAMPLES else Turns((), ())
+        columns = table.loc[table["phase"] == WHOLE, ["side", "start_s", "end_s", "complete"]]
+        turns = (Turn(side, float(a), float(b), bool(c)) for side, a, b, c in columns.itertuples(index=False))
+        stretches = self.summary.turns.stretches or ()
+        kinds = (cast(StretchKind, part.kind) for part in stretches)
+        return Turns(
+            tuple(turns),
+            tuple(Stretch(kind, part.start_s, part.end_s) for kind, part in zip(kinds, stretches, strict=True)),
+        )
 
     def slope(self, name: str, unit: str) -> Array:
         """Return the vector (n, 3) of that name in the slope frame, in its columns' unit."""

@@ -33,7 +33,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A skier who stands, in a result folder that says he turned: first to the left, then to the right."""
     model = replace(gliding.model(), inclination=0.0)
     stood = standing.standing(model, lead=0.1)
-    turns = Turns((Turn("left", 0.0, 0.2, 1.0, True), Turn("right", 0.2, 0.4, 1.0, True)), ())
+    turns = Turns((Turn("left", 0.0, 0.2, True), Turn("right", 0.2, 0.4, True)), ())
     series = label_turns(stood.to_frame(slope_to_enu(0.0, 0.0)), turns)
     folder = tmp_path_factory.mktemp("whole") / "result"
     summary = Summary(recording="stands")

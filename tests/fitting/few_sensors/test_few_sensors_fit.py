@@ -11,6 +11,8 @@ import pytest
 from a_run import a_run
 from strapped import write_few
 
+from sssi_exudyn.analysis.skiing import recorded_turns
+from sssi_exudyn.analysis.turns import find_turns
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.noise import ExponentialNoise
 from sssi_exudyn.fitting.few_sensors.few_sensors_fit import FewSensorsFit, drag_of, effective_friction, fit_few_sensors
@@ -153,3 +155,17 @@ def test_the_diagnosis_doubts_an_assumed_posture_more(case: tuple[Recording, Mot
 
     assert sigmas(motion.foot_sigma)["roll"] == recording.completed.sigma.roll
     assert sigmas(motion.foot_sigma)["roll"] > sigmas(None)["roll"]
+
+
+@pytest.mark.long
+def test_turns_of_a_recording_are_those_that_the_sensor_shows(case: tuple[Recording, Motion, FewSensorsFit]) -> None:
+    recording, motion, _ = case
+    turns = recorded_turns(recording, motion.start, motion.stop)
+    captured = read_recording(EXAMPLE)
+    assert turns is not None
+    assert recorded_turns(captured, motion.start, motion.stop) is None  # its turns are those of the path
+    assert captured.gps is not None
+    path = find_turns(captured.gps.time, captured.gps.enu).turns
+    assert [turn.side for turn in turns.turns] == [turn.side for turn in path]
+    # this skier's thigh turns before the antenna's course does, by half of the time that a change of edges takes
+    assert [turn.start for turn in turns.turns] == pytest.approx([turn.start for turn in path], abs=0.7)

@@ -72,7 +72,13 @@ def led_to(
     place = at_fixes(truth, truth.antenna) + (0.0 if noise is None else noise[: len(time)])
     speed = np.linalg.norm(at_fixes(truth, truth.com_velocity), axis=1)
     fixes = Fixes(time, speed, 0.1, 1.0, NOISE, float(np.radians(13.0)))
-    led, made = lead(model, prepare(model, motion, step=COARSE_STEP), run, fixes, lambda _, other: place - at_fixes(other, other.antenna))
+    led, made = lead(
+        model,
+        prepare(model, motion, step=COARSE_STEP),
+        run,
+        fixes,
+        lambda _, other: place - at_fixes(other, other.antenna),
+    )
     slower = speed - np.linalg.norm(at_fixes(made, made.com_velocity), axis=1)
     return led, made, place - at_fixes(made, made.antenna), slower
 
