@@ -77,6 +77,6 @@ def believable_estimate(estimated: Estimated) -> Fitted:
     return without_errors(estimated.fitted) if why_unidentified(estimated.posterior) else estimated.fitted
 
 
-def believable_fit(fitted: Fitted, recording: Recording) -> Fitted:
-    """Return a fit of friction alone, its covariance NaN where the residuals contradict it."""
-    return without_errors(fitted) if why_missed(fitted, recording) else fitted
+def believable_fit(fitted: Fitted, recording: Recording, judged: Fitted | None = None) -> Fitted:
+    """Return a fit of friction alone, its covariance NaN where its residuals, or those of ``judged``, contradict it."""
+    return without_errors(fitted) if why_missed(judged or fitted, recording) else fitted

@@ -34,7 +34,6 @@ from sssi_exudyn.fitting.few_sensors.path_balance import (
     predict_second_half,
 )
 from sssi_exudyn.fitting.first_fit import COARSE_STEP, UNSTEERED, Fitted, noise_of, problem_of
-from sssi_exudyn.fitting.misfit import why_missed, without_errors
 from sssi_exudyn.fitting.noise import usual_levels
 from sssi_exudyn.fitting.objective import counts_of
 from sssi_exudyn.fitting.optimise import Optimum
@@ -86,13 +85,10 @@ class FewSensorsFit:
     confirmed: float
     unled: Array
 
-    def why_missed(self, recording: Recording) -> str:
-        """Return why the fit gives no standard errors (``misfit``); leading hides a misfit, so the run is not led."""
-        return why_missed(replace(self.fitted, residual=self.unled), recording)
-
-    def believable(self, recording: Recording) -> Fitted:
-        """Return the fit, its covariance NaN where the run that is not led contradicts it."""
-        return without_errors(self.fitted) if self.why_missed(recording) else self.fitted
+    @property
+    def unled_fit(self) -> Fitted:
+        """The fit with what its run misses before it is led: leading hides a misfit."""
+        return replace(self.fitted, residual=self.unled)
 
     @property
     def unconfirmed(self) -> str:

@@ -62,7 +62,7 @@ def _sides(time: Array, turns: Turns) -> Array:
     side = np.zeros(len(time))
     for turn in turns.turns:
         side[(time >= turn.start) & (time <= turn.end)] = 1.0 if turn.side == "left" else -1.0
-    return side - side.mean()
+    return np.asarray(side - side.mean())
 
 
 def _integral(rate: Array, sampling: float) -> Array:

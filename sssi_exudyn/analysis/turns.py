@@ -314,10 +314,10 @@ def _split_at_traverses(course: Array, rate: Array, first: int, last: int) -> li
     pieces = list(_runs(quick))
     cuts = [first]
     for (_, stop), (begin, _) in pairwise(pieces):
-        straight, turning = begin - stop, np.count_nonzero(quick[cuts[-1] - first :])
+        straight, turning = begin - stop, int(np.count_nonzero(quick[cuts[-1] - first :]))
         slowest = first + stop + int(np.argmin(np.abs(rate[first + stop : first + begin])))
-        parts = np.abs(course[[cuts[-1], last]] - course[slowest])
-        if straight > max(LONGEST_TRANSITION * RATE, turning) and min(parts) >= LEAST_ANGLE:
+        least = float(np.min(np.abs(course[[cuts[-1], last]] - course[slowest])))
+        if straight > max(LONGEST_TRANSITION * RATE, turning) and least >= LEAST_ANGLE:
             cuts.append(slowest)
     cuts.append(last)
     return list(pairwise(cuts))

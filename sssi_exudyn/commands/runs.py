@@ -267,7 +267,7 @@ def _fit_few_sensors(work: Work, chosen: ChosenModel, method: Method, parameters
             model = on_snow_surface(model, recording, motion)
     with work.progress.stage("fit", expected_seconds("fit few sensors", motion)) as stage:
         fit = fit_few_sensors(recording, motion, model, method, stage.advance)
-    missed = fit.why_missed(recording)
+    missed = why_missed(fit.unled_fit, recording)
     posture = posture_figures(recording.completed, fit)
     posture = posture.without_errors() if missed else posture
     settings = {"command": "fit", "method": method, **work.settings, **chosen.settings}
@@ -507,9 +507,9 @@ def write_outcome(
         }
     )
     measured = measured_table(gps, recording.insoles)
-    turns = None if technique.table.empty else technique.table  # a run too short for a turn has a table without columns
+    table = None if technique.table.empty else technique.table  # a run too short for a turn has a table without columns
     run = StoredRun(
-        summary, series, model, measured, motion.geometry, turns, outcome.second_half, diagnosis, outcome.draws
+        summary, series, model, measured, motion.geometry, table, outcome.second_half, diagnosis, outcome.draws
     )
     made = Made(run, opensim_texts(result, Parts(model, motion)))
     if out is not None:

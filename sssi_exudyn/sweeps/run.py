@@ -180,7 +180,8 @@ def _compute(job: Job, run: SweepRun) -> tuple[Figures, AnyRun | None]:
     model = model.with_values(rest)
     if job.task == "fit":
         if recording.completed is not None:
-            return figures_of_fit(fit_few_sensors(recording, motion, model, job.method).believable(recording)), None
+            few = fit_few_sensors(recording, motion, model, job.method)
+            return figures_of_fit(believable_fit(few.fitted, recording, few.unled_fit)), None
         if job.method == "joint" and job.model is None:
             model = on_snow_surface(model, recording, motion)
         problem, full = problem_of(recording, motion, model, job.method), job.tier == "full"

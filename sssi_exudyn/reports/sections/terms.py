@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from sssi_exudyn.contact.term import Term, formula, parameters
+from sssi_exudyn.contact.terms.friction_corrections import Braking
 from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.reports.section import Block, Grid, Heading, Runs, Section, Text, say_of_each, section_of_each
 from sssi_exudyn.reports.sections.tables import number, unit_text, with_spread
@@ -29,7 +32,12 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
     fitted = run.summary.fit.parameters or {}
     blocks: list[Block] = []
     seen: dict[str, int] = {}
+    in_time = [term for term in run.model.terms if isinstance(term, Braking)]
+    if in_time:
+        blocks += [Heading(f"{len(in_time)} of {Braking.name}"), Text(formula(Braking)), _courses(in_time)]
     for term in run.model.terms:
+        if isinstance(term, Braking):
+            continue
         seen[term.name] = seen.get(term.name, 0) + 1
         owner = term.name if seen[term.name] == 1 else f"{term.name}#{seen[term.name]}"
         blocks.append(Heading(owner.replace("_", " ")))
@@ -38,6 +46,14 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
         own = {name: fitted[f"{owner}.{name}"] for name in parameters(term) if f"{owner}.{name}" in fitted}
         blocks.append(Grid([_HEAD, *_rows(term, own)]))
     return tuple(blocks)
+
+
+def _courses(terms: Sequence[Term]) -> Grid:
+    """Return a row for each of many terms of one class: together they are a course in time."""
+    names = list(parameters(terms[0]))
+    about = quantities(terms[0])
+    head = [f"{name} ({about[name].unit})" for name in names]
+    return Grid([head, *([number(parameters(term)[name], 3) for name in names] for term in terms)])
 
 
 def _rows(term: Term, fitted: dict[str, Estimate]) -> list[list[str]]:
