@@ -64,8 +64,8 @@ def detected_by(imu: pd.DataFrame, gnss: pd.DataFrame) -> dict[str, list[Turn]]:
     yaw, up = attitude.yaw_rate, attitude.rotation[:, 2]
     speed = np.interp(time, gnss["t_s"], gnss["speed_mps"])
     course = np.concatenate([[0.0], np.cumsum(0.5 * (yaw[1:] + yaw[:-1]) * np.diff(time))])
-    found = {"yaw rate": turns_of_course(time, course, speed), "and lean": turns_of_sensor(time, yaw, up, speed)}
-    return {name: list(turns.turns) for name, turns in found.items()}
+    by_signal = {"yaw rate": turns_of_course(time, course, speed), "and lean": turns_of_sensor(time, yaw, up, speed)}
+    return {name: list(turns.turns) for name, turns in by_signal.items()}
 
 
 def changes_apart(truth: list[tuple[str, float, float]], detected: list[Turn]) -> Array:
