@@ -74,7 +74,7 @@ def kept() -> list[tuple[SemiReal, str]]:
 def page() -> str:
     """Return the page."""
     judged = [(case, judge(case)) for case, _ in kept()]
-    parts = [_head(judged), _totals(judged), _by_size(judged), _runs(judged), _answers(judged)]
+    parts = [_head(judged), _totals(judged), _by_size(judged), _ceilings(judged), _runs(judged), _answers(judged)]
     return "\n".join([*("\n".join([*part, ""]) for part in parts), TEXT.read_text(encoding="utf-8")])
 
 
@@ -145,6 +145,33 @@ def _by_size(judged: Sequence[Judged]) -> list[str]:
         sizes = [answer.times for answer in answers]
         counted = " | ".join(f"{count} of {len(answers)}" for count in counts)
         lines.append(f"| {answers[0].fault} | {times:g} | {min(sizes):.1f} to {max(sizes):.1f} | {counted} |")
+    return lines
+
+
+def _ceilings(judged: Sequence[Judged]) -> list[str]:
+    """Return how many faults the untouched run's own information would show, and how many of them were named."""
+    noticed = {
+        case.recording: case.diagnosis.smallest_noticed
+        for case, _ in judged
+        if case.fault == NOTHING and case.diagnosis is not None
+    }
+    lines = [
+        "| fault | size over the smallest that would be noticed | larger than that | of these, right | of the others, right |",
+        "|---|---|---|---|---|",
+    ]
+    for fault in FAULTS:
+        pairs = [
+            (float(np.linalg.norm(list(case.numbers.values()))) / noticed[case.recording][fault].value, answer)
+            for case, answer in judged
+            if case.fault == fault
+        ]
+        large = [answer for ratio, answer in pairs if ratio >= 1.0]
+        small = [answer for ratio, answer in pairs if ratio < 1.0]
+        right = [f"{sum(answer.answer == 'right' for answer in group)} of {len(group)}" for group in (large, small)]
+        ratios = [ratio for ratio, _ in pairs]
+        lines.append(
+            f"| {fault} | {min(ratios):.2f} to {max(ratios):.2f} | {len(large)} of {len(pairs)} | {right[0]} | {right[1]} |"
+        )
     return lines
 
 
