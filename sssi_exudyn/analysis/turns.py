@@ -33,6 +33,9 @@ LEAST_ANGLE: Final = np.radians(25.0)
 """Change of course that makes a turn; a traverse that drifts makes less, and so does a slipping telephone."""
 LEAST_SHARE: Final = 0.25
 """Share of the run's median turn below which a change of course back and forth is a hesitation within a turn."""
+_CUT_PATH, _CUT_COURSE = 1.0, 0.5
+"""Share of the least angle that a turn needs which the run's start or end cuts off: all of it where the course is a
+path's, which is least certain at its ends, and half of it where a gyroscope tells the course."""
 STRAIGHT: Final = 0.2
 """Share of a turn's quickest change of course below which the skier goes straight."""
 LONGEST_TRANSITION: Final = 1.5
@@ -131,7 +134,7 @@ def find_turns(time: Array, path: Array) -> Turns:
     place = lowpass(CubicSpline(time, path[:, :2])(grid), RATE, CUTOFF)
     velocity = np.gradient(place, 1.0 / RATE, axis=0)
     speed = np.linalg.norm(velocity, axis=1)
-    return _turns(grid, _course(velocity, speed), speed, speed > STANDING)
+    return _turns(grid, _course(velocity, speed), speed, speed > STANDING, _CUT_PATH)
 
 
 def turns_of_course(time: Array, course: Array, speed: Array) -> Turns:
@@ -152,7 +155,7 @@ def turns_of_course(time: Array, course: Array, speed: Array) -> Turns:
         # a receiver says 0 m/s until it has places, and a telephone's first speeds come seconds late
         if float(np.ptp(smooth[first : last + 1])) >= LEAST_ANGLE:
             moving[first : last + 1] = True
-    return _turns(grid, smooth, fast, moving)
+    return _turns(grid, smooth, fast, moving, _CUT_COURSE)
 
 
 def edge_changes(time: Array, edge_angle: Array) -> Array:
@@ -198,7 +201,7 @@ def _course(velocity: Array, speed: Array) -> Array:
     return np.asarray(np.interp(index, index[moving], course), dtype=np.float64)
 
 
-def _turns(time: Array, course: Array, speed: Array, moving: NDArray[np.bool_]) -> Turns:
+def _turns(time: Array, course: Array, speed: Array, moving: NDArray[np.bool_], cut: float) -> Turns:
     turns: list[Turn] = []
     stretches: list[Stretch] = []
     falls = list(_falls(time, speed))
@@ -211,7 +214,7 @@ def _turns(time: Array, course: Array, speed: Array, moving: NDArray[np.bool_]) 
     for first, last in _runs(moving):
         if last - first >= LEAST_SAMPLES:
             part = slice(first, last + 1)
-            run_turns, traverses = _turns_of_run(time[part], course[part])
+            run_turns, traverses = _turns_of_run(time[part], course[part], cut)
             turns += run_turns
             stretches += traverses
     stretches += falls
@@ -228,10 +231,10 @@ def _falls(time: Array, speed: Array) -> Iterator[Stretch]:
             yield Stretch("fall", float(time[first]), float(time[until]))
 
 
-def _turns_of_run(time: Array, course: Array) -> tuple[list[Turn], list[Stretch]]:
-    """Return turns and traverses of one run without a stop."""
+def _turns_of_run(time: Array, course: Array, cut: float) -> tuple[list[Turn], list[Stretch]]:
+    """Return turns and traverses of one run without a stop; ``cut``: see ``_transitions``."""
     rate = np.gradient(course, time)
-    pieces = list(pairwise(_transitions(course)))
+    pieces = list(pairwise(_transitions(course, cut)))
     turning = [piece for a, b in pieces for piece in _split_at_traverses(course, rate, a, b)]
     if len(turning) == 1:
         turning = [(a, b) for a, b in turning if abs(course[b] - course[a]) >= LEAST_ANGLE]
@@ -266,14 +269,19 @@ def _turns_of_run(time: Array, course: Array) -> tuple[list[Turn], list[Stretch]
     return turns, stretches
 
 
-def _transitions(course: Array) -> list[int]:
+def _transitions(course: Array, cut: float) -> list[int]:
     """Return the indices of the ends and of every transition between them.
 
-    The least change of course rises with the run's own turns, until the turns that it leaves are all larger.
+    The least change of course rises with the run's own turns, until the turns that it leaves are all larger.  A turn
+    that start or end cuts off needs the share ``cut`` of it, else it belongs to its neighbour.
     """
     least = LEAST_ANGLE
     while True:
         bounds = _changes_of_side(course, least)
+        while len(bounds) > 2 and abs(course[bounds[1]] - course[bounds[0]]) < cut * least:
+            del bounds[1]
+        while len(bounds) > 2 and abs(course[bounds[-1]] - course[bounds[-2]]) < cut * least:
+            del bounds[-2]
         whole = np.abs(np.diff(course[bounds]))[1:-1]
         usual = LEAST_SHARE * float(np.median(whole)) if len(whole) else 0.0
         if usual <= least:
