@@ -2,7 +2,7 @@
 
 A turn is delimited by two transitions, where the turn's radius is largest (paper, "Quantitative analysis"): the course
 over ground has an extremum there.  Extrema count when the course changes enough on both of their sides: by
-``LEAST_ANGLE``, so that noise of a track makes no turn, and by ``LEAST_SHARE`` of the run's usual turn, so that a
+20 or 25°, so that noise of a track makes no turn, and by ``LEAST_SHARE`` of the run's usual turn, so that a
 hesitation makes none either.  Where the skier goes straight for longer than ``LONGEST_TRANSITION``, a traverse lies
 between two turns and they end where it begins.  Initiation, control and completion are three equal parts of a turn.
 """
@@ -29,13 +29,8 @@ RATE: Final = 50.0
 """Hz at which course and speed are sampled."""
 CUTOFF: Final = 1.5
 """Hz; the quickest slalom turns last 0.7 s, two of them 1.4 s, which is 0.7 Hz."""
-LEAST_ANGLE: Final = np.radians(25.0)
-"""Change of course that makes a turn; a traverse that drifts makes less, and so does a slipping telephone."""
 LEAST_SHARE: Final = 0.25
 """Share of the run's median turn below which a change of course back and forth is a hesitation within a turn."""
-_CUT_PATH, _CUT_COURSE = 1.0, 0.5
-"""Share of the least angle that a turn needs which the run's start or end cuts off: all of it where the course is a
-path's, which is least certain at its ends, and half of it where a gyroscope tells the course."""
 STRAIGHT: Final = 0.2
 """Share of a turn's quickest change of course below which the skier goes straight."""
 LONGEST_TRANSITION: Final = 1.5
@@ -53,6 +48,20 @@ FALL_DECELERATION: Final = 7.0
 FALL_TIME: Final = 0.4
 FALL_SPEED: Final = 3.0
 """m/s; least loss of speed in a fall."""
+
+
+@dataclass(frozen=True)
+class Least:
+    """Change of course (rad) that makes a turn, and the share of it that makes one which start or end cut off."""
+
+    angle: float
+    cut: float
+
+
+_OF_PATH: Final = Least(float(np.radians(20.0)), 1.0)
+"""A traverse that drifts turns by less; a path's course is least certain at its ends."""
+_OF_COURSE: Final = Least(float(np.radians(25.0)), 0.5)
+"""A telephone that slips, and a body that twists, turn by less; a gyroscope is as certain at the ends as elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +143,7 @@ def find_turns(time: Array, path: Array) -> Turns:
     place = lowpass(CubicSpline(time, path[:, :2])(grid), RATE, CUTOFF)
     velocity = np.gradient(place, 1.0 / RATE, axis=0)
     speed = np.linalg.norm(velocity, axis=1)
-    return _turns(grid, _course(velocity, speed), speed, speed > STANDING, _CUT_PATH)
+    return _turns(grid, _course(velocity, speed), speed, speed > STANDING, _OF_PATH)
 
 
 def turns_of_course(time: Array, course: Array, speed: Array) -> Turns:
@@ -153,16 +162,16 @@ def turns_of_course(time: Array, course: Array, speed: Array) -> Turns:
     moving = fast > STANDING
     for first, last in _runs(~moving):
         # a receiver says 0 m/s until it has places, and a telephone's first speeds come seconds late
-        if float(np.ptp(smooth[first : last + 1])) >= LEAST_ANGLE:
+        if float(np.ptp(smooth[first : last + 1])) >= _OF_COURSE.angle:
             moving[first : last + 1] = True
-    return _turns(grid, smooth, fast, moving, _CUT_COURSE)
+    return _turns(grid, smooth, fast, moving, _OF_COURSE)
 
 
 def edge_changes(time: Array, edge_angle: Array) -> Array:
     """Find the times (s) at which the skis go from one edge to the other.
 
     They are not the transitions, which are extrema of the course, some 0.15 s earlier, between two turns of
-    ``LEAST_ANGLE``.
+    20°.
 
     Parameters
     ----------
@@ -201,7 +210,7 @@ def _course(velocity: Array, speed: Array) -> Array:
     return np.asarray(np.interp(index, index[moving], course), dtype=np.float64)
 
 
-def _turns(time: Array, course: Array, speed: Array, moving: NDArray[np.bool_], cut: float) -> Turns:
+def _turns(time: Array, course: Array, speed: Array, moving: NDArray[np.bool_], least: Least) -> Turns:
     turns: list[Turn] = []
     stretches: list[Stretch] = []
     falls = list(_falls(time, speed))
@@ -214,7 +223,7 @@ def _turns(time: Array, course: Array, speed: Array, moving: NDArray[np.bool_], 
     for first, last in _runs(moving):
         if last - first >= LEAST_SAMPLES:
             part = slice(first, last + 1)
-            run_turns, traverses = _turns_of_run(time[part], course[part], cut)
+            run_turns, traverses = _turns_of_run(time[part], course[part], least)
             turns += run_turns
             stretches += traverses
     stretches += falls
@@ -231,13 +240,13 @@ def _falls(time: Array, speed: Array) -> Iterator[Stretch]:
             yield Stretch("fall", float(time[first]), float(time[until]))
 
 
-def _turns_of_run(time: Array, course: Array, cut: float) -> tuple[list[Turn], list[Stretch]]:
-    """Return turns and traverses of one run without a stop; ``cut``: see ``_transitions``."""
+def _turns_of_run(time: Array, course: Array, least: Least) -> tuple[list[Turn], list[Stretch]]:
+    """Return turns and traverses of one run without a stop."""
     rate = np.gradient(course, time)
-    pieces = list(pairwise(_transitions(course, cut)))
-    turning = [piece for a, b in pieces for piece in _split_at_traverses(course, rate, a, b)]
+    pieces = list(pairwise(_transitions(course, least)))
+    turning = [piece for a, b in pieces for piece in _split_at_traverses(course, rate, (a, b), least.angle)]
     if len(turning) == 1:
-        turning = [(a, b) for a, b in turning if abs(course[b] - course[a]) >= LEAST_ANGLE]
+        turning = [(a, b) for a, b in turning if abs(course[b] - course[a]) >= least.angle]
     ends = [_active(rate, a, b) for a, b in turning]
     turns: list[Turn] = []
     stretches: list[Stretch] = []
@@ -269,24 +278,24 @@ def _turns_of_run(time: Array, course: Array, cut: float) -> tuple[list[Turn], l
     return turns, stretches
 
 
-def _transitions(course: Array, cut: float) -> list[int]:
+def _transitions(course: Array, least: Least) -> list[int]:
     """Return the indices of the ends and of every transition between them.
 
     The least change of course rises with the run's own turns, until the turns that it leaves are all larger.  A turn
-    that start or end cuts off needs the share ``cut`` of it, else it belongs to its neighbour.
+    that start or end cuts off needs its share of that, else it belongs to its neighbour.
     """
-    least = LEAST_ANGLE
+    angle = least.angle
     while True:
-        bounds = _changes_of_side(course, least)
-        while len(bounds) > 2 and abs(course[bounds[1]] - course[bounds[0]]) < cut * least:
+        bounds = _changes_of_side(course, angle)
+        while len(bounds) > 2 and abs(course[bounds[1]] - course[bounds[0]]) < least.cut * angle:
             del bounds[1]
-        while len(bounds) > 2 and abs(course[bounds[-1]] - course[bounds[-2]]) < cut * least:
+        while len(bounds) > 2 and abs(course[bounds[-1]] - course[bounds[-2]]) < least.cut * angle:
             del bounds[-2]
         whole = np.abs(np.diff(course[bounds]))[1:-1]
         usual = LEAST_SHARE * float(np.median(whole)) if len(whole) else 0.0
-        if usual <= least:
+        if usual <= angle:
             return bounds
-        least = usual
+        angle = usual
 
 
 def _changes_of_side(course: Array, least: float) -> list[int]:
@@ -313,11 +322,14 @@ def _changes_of_side(course: Array, least: float) -> list[int]:
     return [0, *bounds[::-1]]
 
 
-def _split_at_traverses(course: Array, rate: Array, first: int, last: int) -> list[tuple[int, int]]:
+def _split_at_traverses(
+    course: Array, rate: Array, piece: tuple[int, int], least_angle: float
+) -> list[tuple[int, int]]:
     """Split a change of course to one side where the skier goes straight for longer than turning, in its middle.
 
     The pieces are two turns to the same side with a traverse between them.  A shorter pause belongs to the turn.
     """
+    first, last = piece
     quick = np.abs(rate[first : last + 1]) > STRAIGHT * np.max(np.abs(rate[first : last + 1]))
     pieces = list(_runs(quick))
     cuts = [first]
@@ -325,7 +337,7 @@ def _split_at_traverses(course: Array, rate: Array, first: int, last: int) -> li
         straight, turning = begin - stop, int(np.count_nonzero(quick[cuts[-1] - first :]))
         slowest = first + stop + int(np.argmin(np.abs(rate[first + stop : first + begin])))
         least = float(np.min(np.abs(course[[cuts[-1], last]] - course[slowest])))
-        if straight > max(LONGEST_TRANSITION * RATE, turning) and least >= LEAST_ANGLE:
+        if straight > max(LONGEST_TRANSITION * RATE, turning) and least >= least_angle:
             cuts.append(slowest)
     cuts.append(last)
     return list(pairwise(cuts))
