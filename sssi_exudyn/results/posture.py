@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 import pandas as pd
 
+from sssi_exudyn.core.noise import NORMAL_90
 from sssi_exudyn.fitting.few_sensors.few_sensors_fit import FewSensorsFit
 from sssi_exudyn.recording.few_sensors.complete import Completed
 from sssi_exudyn.results.summary import Estimate, FrictionShares, Interval, Posture, PostureSigma, Prediction
-
-_IN_90: Final = 1.645
-"""Standard deviations on either side of the mean that hold 90 % of a normal distribution."""
 
 
 def posture_figures(completed: Completed, fit: FewSensorsFit) -> Posture:
     """Return the ``posture`` group of a summary."""
     sigma, lag, path, half = completed.sigma, completed.lag, fit.path, fit.half
-    wide = _IN_90 * path.effective_sigma
+    wide = NORMAL_90 * path.effective_sigma
     return Posture(
         measured=tuple(completed.measured),
         assumed=tuple(completed.assumed),

@@ -12,11 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from sssi_exudyn.core.noise import NORMAL_90
+
 _EARLY: Final = "benchmark seeds 2026, 4001, 4002, 5000 and the ten recordings of an independent world"
 _NO_DATA: Final = "no data"
 _REASON, _CHOSEN_ON = "reason", "chosen_on"
-NORMAL_90: Final = 1.6449
-"""Standard deviations to either side that hold nine tenths of a normal distribution."""
 
 
 def chosen(value: Any, *, reason: str, on: str) -> Any:  # Any: a dataclass field stands where a number is annotated
