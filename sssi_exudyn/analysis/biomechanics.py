@@ -15,7 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from sssi_exudyn.analysis.losses import loss_columns, losses
-from sssi_exudyn.analysis.turns import Turn, Turns, find_turns, radius
+from sssi_exudyn.analysis.turns import Turn, Turns, find_turns
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.core.rotations import lowpass
 from sssi_exudyn.simulation.result import SIDES, SimulationResult
@@ -160,7 +160,7 @@ def biomechanics(
                 "start_s": begin,
                 "end_s": end,
                 "duration_s": end - begin,
-                **_path_figures(result, skiing, within, turn),
+                **_path_figures(result, skiing, within, turns, turn),
                 **_force_figures(skiing, within, turn, skier_mass),
                 **_joint_figures(result, within, turn, skier_mass),
                 **_work_figures(result, within),
@@ -360,14 +360,16 @@ def _of_known(figure: Callable[[Array], Any], values: Array) -> float:
     return float(figure(known)) if known.size > 0 else float("nan")
 
 
-def _path_figures(result: SimulationResult, skiing: Technique, rows: Mask, turn: Turn) -> dict[str, float]:
+def _path_figures(
+    result: SimulationResult, skiing: Technique, rows: Mask, turns: Turns, turn: Turn
+) -> dict[str, float]:
     inwards = 1.0 if turn.side == "left" else -1.0
     steering = np.degrees(np.abs(skiing.steering_angle[rows]))
     inside = inwards * skiing.offset[rows] > 0.0
     lean = np.degrees(inwards * skiing.inclination[rows])
     row = {
         "mean_speed_mps": float(np.mean(skiing.speed[rows])),
-        "turn_radius_m": radius(result.com[rows]),
+        "turn_radius_m": turns.radius(result.time[rows], result.com[rows]),
         "ski_angle_mean_deg": float(np.mean(np.abs(np.degrees(skiing.ski_angle[rows])))),
         "steering_angle_mean_deg": _of_known(np.mean, steering),
         "steering_angle_peak_deg": _of_known(np.max, steering),

@@ -12,6 +12,7 @@ the yaw rate alone tells the sides, then the weights and the sides are estimated
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -47,14 +48,15 @@ def turns_of_sensor(time: Array, yaw_rate: Array, up: Array, speed: Array) -> Tu
     channels = channels - channels.mean(axis=0)
     channels /= np.maximum(np.std(channels, axis=0), 1e-12)  # a sensor that never moves must not divide by nothing
     spread = channels.T @ channels / len(time) + RIDGE * np.eye(channels.shape[1])
-    turns = turns_of_course(time, _integral(yaw_rate, rate), speed)
+    course = _integral(yaw_rate, rate)
+    turns = turns_of_course(time, course, speed)
     for _ in range(ROUNDS):
         if len(turns.turns) < FEWEST:
             break
         side = _sides(time, turns)
         turning = channels @ np.linalg.solve(spread, channels.T @ side)
         turns = turns_of_course(time, _integral(turning * size / float(np.std(turning)), rate), speed)
-    return turns
+    return replace(turns, course=(time, course))
 
 
 def _sides(time: Array, turns: Turns) -> Array:

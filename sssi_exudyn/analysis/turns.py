@@ -10,7 +10,7 @@ between two turns and they end where it begins.  Initiation, control and complet
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Final, Literal
 
@@ -101,10 +101,22 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Turns:
-    """All turns in order, and the stretches between them."""
+    """All turns in order, and the stretches between them.
+
+    course : time (n,) s and course (n,) rad of a sensor that shows more of it than the path does; None where none does
+    """
 
     turns: tuple[Turn, ...]
     stretches: tuple[Stretch, ...]
+    course: tuple[Array, Array] | None = field(default=None, compare=False)
+
+    def radius(self, time: Array, path: Array) -> float:
+        """Return the mean turn radius (m) of a ``path`` (n, ≥ 2) at ``time`` (n,) s, inf where it is straight."""
+        if self.course is None:
+            return radius(path)
+        length = float(np.sum(np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1)))
+        first, last = np.interp(time[[0, -1]], *self.course).tolist()
+        return length / abs(last - first) if last != first else float("inf")
 
     def linked_pairs(self) -> tuple[tuple[Turn, Turn], ...]:
         """Return pairs of complete turns that follow each other without a stretch between them, one to each side."""

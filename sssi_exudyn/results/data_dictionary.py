@@ -130,7 +130,7 @@ _OF_TURN: Final[Mapping[str, str]] = {
     "end_s": "end of the turn or phase",
     "duration_s": "duration of the turn or phase",
     "mean_speed_mps": "mean speed of the centre of mass",
-    "turn_radius_m": "radius of the circle through the path of the centre of mass",
+    "turn_radius_m": "radius of the path of the centre of mass; of few sensors, with the course that a sensor shows",
     "ski_angle_mean_deg": "mean angle between the skis, in the snow's plane",
     "steering_angle_mean_deg": "mean angle between a foot's direction of travel and its ski, both feet",
     "steering_angle_peak_deg": "largest angle between a foot's direction of travel and its ski",

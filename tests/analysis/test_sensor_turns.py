@@ -69,3 +69,13 @@ def test_a_few_turns_are_those_of_the_yaw_rate() -> None:
     assert sides(turns_of_sensor(time, yaw, up, speed)) == ["left", "right", "left"]
     rng = np.random.default_rng(1)
     assert sides(turns_of_sensor(time, yaw, rng.normal(size=up.shape), speed)) == ["left", "right", "left"]
+
+
+def test_the_radius_follows_the_sensors_course_where_the_path_is_straight() -> None:
+    """A receiver that smooths the course leaves a straight path; the radius is its length over the sensor's turn."""
+    time, yaw, up = sensor(1, 0.0, Rotation.identity(), count=6)
+    turns = turns_of_sensor(time, yaw, up, np.full(len(time), SPEED))
+    within = (time >= turns.turns[2].start) & (time <= turns.turns[2].end)
+    path = np.column_stack([SPEED * time, np.zeros(len(time))])[within]
+    # transitions are known to a sample of 0.1 s, of 2.4 s
+    assert turns.radius(time[within], path) == pytest.approx(SPEED * TURN / ANGLE, rel=0.1)
