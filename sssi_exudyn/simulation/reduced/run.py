@@ -110,7 +110,7 @@ def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
     if is_carved(model.terms):
         return simulate_carved(model, prepared).run
     at = prepared.correct_capture(model)
-    kernel, contact = reduced_module(), at.kernel_contact(model.surface)
+    kernel, contact = reduced_module(), at.kernel_contact(model)
     parameters = law_parameters(model.terms)
     start = start_of_run(model, at, kernel, parameters, contact)
     one = parameters._replace(values=parameters.values[None])
