@@ -202,7 +202,7 @@ def setting_of(
     """The model with the parts whose numbers are sought along, and what is sought with what is measured, as
     ``observation_of`` has it; priors and what each fix counts are the problem's, those of ``more`` come before.
     """
-    model, stated = with_unknown_parts(model, recording), with_unknown_parts(problem.model, recording)
+    model, stated = (with_unknown_parts(one, recording, giving=balanced) for one in (model, problem.model))
     about = recording.uncertainty
     usual = {unknown.names: unknown for unknown in unknown_numbers(stated, problem.priors, recording)}
     given = {names: Parameter(names, prior) for names, prior in (more or {}).items()}

@@ -12,6 +12,7 @@ from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.number_ref import (
     CLOCK_OFFSET,
+    COMPLIANCE,
     DAMPING,
     EPS,
     EXPONENTS,
@@ -31,6 +32,7 @@ from sssi_exudyn.core.text import did_you_mean
 from sssi_exudyn.fitting.objective import Prior, Problem
 from sssi_exudyn.fitting.posture_errors import LEANS, TURNS, PostureError, errors_of
 from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm, Sensor
+from sssi_exudyn.model.legs import USUAL_COMPLIANCE
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.few_sensors.complete import FootSigma
 from sssi_exudyn.recording.recording import Recording
@@ -67,6 +69,7 @@ _GROUPS: Final = {
     "friction": "friction's own prior",
     "carving": "snow's own prior",
     "penetration": "snow's stiffness",
+    "legs": "legs' give",
     "air": "drag",
     "posture_air": "drag",
     "start": "start",
@@ -122,17 +125,22 @@ def group_of(error: PostureError) -> str:
     return _POSTURE.get(error.kind, "trunk's lean")
 
 
-def with_unknown_parts(model: Model, recording: Recording) -> Model:
-    """Return the model with the parts whose numbers are estimated too: those of the instruments, and friction's onset.
+def with_unknown_parts(model: Model, recording: Recording, *, giving: bool) -> Model:
+    """Return the model with the parts whose numbers are estimated too: those of the instruments, friction's onset, and
+    legs that give where they are ``giving``.
 
-    An onset of zero, of which no logarithm can be estimated, becomes its median beforehand.
+    An onset or a compliance of zero, of which no logarithm can be estimated, becomes its median beforehand.
     """
     parts: list[Sensor] = [LeverArm()]
     if recording.insoles is not None:
         parts += [BootCuff(USUAL_CUFF), InsoleGain()]
     known = {sensor.name for sensor in model.sensors}
     model = replace(model, sensors=(*model.sensors, *(part for part in parts if part.name not in known)))
-    if is_carved(model.terms) or recording.uncertainty.friction_onset == 0.0:
+    if is_carved(model.terms):
+        return model
+    if giving and recording.uncertainty.leg_compliance > 0.0 and not model.legs.give:
+        model = model.with_values({COMPLIANCE: USUAL_COMPLIANCE})
+    if recording.uncertainty.friction_onset == 0.0:
         return model
     return model.with_values({name: median for name, (median, _) in ONSET.items() if model.value(name) == 0.0})
 
@@ -183,8 +191,8 @@ def unknown_numbers(stated: Model, priors: Mapping[NumberRef, Prior], recording:
 
 
 def law_unknowns(stated: Model, about: Uncertainty) -> tuple[Parameter, ...]:
-    """Return the numbers of friction's onset and of the snow's resistance to penetration that the paper leaves open,
-    each with its prior about what the model states; none where edges cut.
+    """Return the numbers of friction's onset, of the snow's resistance to penetration that the paper leaves open, and of
+    legs that give, each with its prior about what the model states; none where edges cut.
     """
     if is_carved(stated.terms):
         return ()
@@ -193,6 +201,8 @@ def law_unknowns(stated: Model, about: Uncertainty) -> tuple[Parameter, ...]:
     }
     if stated.value(DAMPING) > 0.0:
         factors[DAMPING] = (stated.value(DAMPING), about.snow_damping)
+    if stated.legs.give:
+        factors[COMPLIANCE] = (stated.value(COMPLIANCE), about.leg_compliance)
     unknowns = [
         Parameter((name,), Prior(math.log(median), sigma), logarithmic=True)
         for name, (median, sigma) in factors.items()
