@@ -114,6 +114,11 @@ class Parameter:
         return model.value(self.name) if self.logarithmic else 1.0
 
     @property
+    def is_positive(self) -> bool:
+        """Return whether the number must stay above zero, where its logarithm or the legs' stiffness has no end."""
+        return self.logarithmic or self.name == COMPLIANCE
+
+    @property
     def group(self) -> str:
         """Return where its uncertainty is counted."""
         special = {HEADING_OFFSET: "heading", CLOCK_OFFSET: "clock"} | dict.fromkeys(ONSET, "friction's onset")
@@ -129,7 +134,8 @@ def with_unknown_parts(model: Model, recording: Recording, *, giving: bool) -> M
     """Return the model with the parts whose numbers are estimated too: those of the instruments, friction's onset, and
     legs that give where they are ``giving``.
 
-    An onset or a compliance of zero, of which no logarithm can be estimated, becomes its median beforehand.
+    An onset of zero, of which no logarithm can be estimated, becomes its median beforehand, and legs that hold have the
+    usual compliance.
     """
     parts: list[Sensor] = [LeverArm()]
     if recording.insoles is not None:
@@ -191,8 +197,9 @@ def unknown_numbers(stated: Model, priors: Mapping[NumberRef, Prior], recording:
 
 
 def law_unknowns(stated: Model, about: Uncertainty) -> tuple[Parameter, ...]:
-    """Return the numbers of friction's onset, of the snow's resistance to penetration that the paper leaves open, and of
-    legs that give, each with its prior about what the model states; none where edges cut.
+    """Return the numbers of friction's onset and of the snow's resistance to penetration that the paper leaves open.
+
+    Those of legs that give are among them, each with its prior about what the model states.  None where edges cut.
     """
     if is_carved(stated.terms):
         return ()
@@ -201,8 +208,6 @@ def law_unknowns(stated: Model, about: Uncertainty) -> tuple[Parameter, ...]:
     }
     if stated.value(DAMPING) > 0.0:
         factors[DAMPING] = (stated.value(DAMPING), about.snow_damping)
-    if stated.legs.give:
-        factors[COMPLIANCE] = (stated.value(COMPLIANCE), about.leg_compliance)
     unknowns = [
         Parameter((name,), Prior(math.log(median), sigma), logarithmic=True)
         for name, (median, sigma) in factors.items()
@@ -210,6 +215,9 @@ def law_unknowns(stated: Model, about: Uncertainty) -> tuple[Parameter, ...]:
     for name in EXPONENTS:
         exponent = stated.value(name)
         unknowns.append(Parameter((name,), Prior(exponent, about.snow_exponents * exponent)))
+    if stated.legs.give:
+        beforehand = Prior(stated.value(COMPLIANCE), about.leg_compliance * USUAL_COMPLIANCE)
+        unknowns.append(Parameter((COMPLIANCE,), beforehand))
     return tuple(unknown for unknown in unknowns if unknown.prior.sigma > 0.0)
 
 

@@ -251,7 +251,8 @@ class Model:
         parts: tuple[Term | Sensor, ...] = (*self.terms, *self.sensors)
         matches = [part for part in parts if part.name == kind]
         if not 1 <= index <= len(matches):
-            known = [*(part.name for part in parts), "start", "legs", *(("surface",) if self.surface is not None else ())]
+            surface = ("surface",) if self.surface is not None else ()
+            known = [*(part.name for part in parts), "start", "legs", *surface]
             raise InputError("model", name, "the model has no such term", did_you_mean(name, known))
         return matches[index - 1]
 

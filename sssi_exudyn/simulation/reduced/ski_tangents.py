@@ -102,7 +102,8 @@ def linearise_ski(parameters, contact, columns, t, foot, eta, rate, side, work, 
     if patched or columns.terrain.shape[0] > 0:
         add_ground(matrix, work, parameters, columns, at, patched, count)
     arm, velocity = risen_boot(contact, foot, eta, rate)
-    friction = linearise_foot(parameters, columns, t, foot, velocity, (load, groove, side), under, work, matrix)
+    boot = at, velocity, foot[2], foot[3]
+    friction = linearise_foot(parameters, columns, t, boot, (load, groove, side), under, work, matrix)
     if contact.rise != 0.0:
         slide_boot(contact, foot, arm, rate, work, matrix)
     if patched:
@@ -314,12 +315,13 @@ def add_ground_change(matrix, column, change, pulls):
 
 
 @inlined
-def linearise_foot(parameters, columns, t, foot, velocity, carried, under, work, matrix):
+def linearise_foot(parameters, columns, t, foot, carried, under, work, matrix):
     """Fill the rows of friction, edge angle and the sole, from those of load and groove; return the friction (N).
 
-    velocity : m/s of the boot;  carried : load (N), groove (m²) and the side;  under : the patch under the foot
+    foot : with the velocity of the boot;  carried : load (N), groove (m²) and the side
+    under : the patch under the foot
     """
-    at, _, frame, _ = foot
+    at, velocity, frame, _spin = foot
     load, groove, side = carried
     _, h_f, h_l = heights(parameters, under, at[0], at[1])
     along, across, edge = ski_axes(snow_normal(h_f, h_l), frame)

@@ -364,12 +364,17 @@ def add_friction(parameters, contact, foot, t, ski, groove, step, n, series, wor
                 + across[c] * (law[6] * along[d] + law[7] * across[d])
             )
     if contact.rise != 0.0:
-        rub_boot(contact, frame, arm, friction, along, across, law, ski, step, n, series, work)
+        rub_boot(contact, (frame, arm), friction, (along, across, law), step, (n, ski), series, work)
 
 
 @njit(cache=True, error_model="numpy")
-def rub_boot(contact, frame, arm, friction, along, across, law, ski, step, n, series, work):
-    """Add what the friction on a boot that rises does to its mode, and its moment about the foot."""
+def rub_boot(contact, boot, friction, sliding, step, at, series, work):
+    """Add what the friction (N) on a boot that rises does to its mode, and its moment about the foot.
+
+    boot : the foot's frame and the boot's arm;  sliding : axes along and across, and the law's derivatives
+    at : instant and ski
+    """
+    (frame, arm), (along, across, law), (n, ski) = boot, sliding, at
     last = 3 + (ski + 1) * contact.omega.shape[0] - 1
     up, rise = (frame[0, 2], frame[1, 2], frame[2, 2]), contact.rise
     turning = cross(arm, friction)
