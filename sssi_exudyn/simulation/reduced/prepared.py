@@ -5,6 +5,7 @@ Place and load that it begins with follow from these.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields, replace
 from typing import Any, Final
 
@@ -173,7 +174,7 @@ class Prepared:
     @property
     def rise(self) -> float:
         """m by which a ski and its boot rise a unit of their mode, which has a mass of 1 kg."""
-        return float(self.ski.rigid[2, 2]) ** -0.5
+        return 1.0 / math.sqrt(self.ski.rigid[2, 2])
 
     def leg_rates(self, legs: Legs) -> tuple[Any, Any]:
         """Return stiffness (1/s²) and damping (1/s) of the rise of a ski under legs that give."""
