@@ -63,6 +63,10 @@ ONSET: Final = {EPS: (0.1, 1.0), SLIP: (0.003, 1.0), SHARPNESS: (2.0, 0.2)}
 """Numbers of how friction builds up between rest and full slip: medians beforehand (m/s, 1 and 1) where the model
 states none, and standard deviations of their logarithms.  Published friction of skis does not resolve them.
 """
+FIRST_COMPLIANCE: Final = 5e-6
+"""m/N at which a search for that of legs begins.  From softer ones the run of a skier whose legs hold ended in another
+minimum, where log evidence is lower by 8; legs of 25 kN/m are found from either.
+"""
 MASS: Final = "skier's mass"
 SURFACE: Final = "snow surface"
 _GROUPS: Final = {
@@ -130,12 +134,12 @@ def group_of(error: PostureError) -> str:
     return _POSTURE.get(error.kind, "trunk's lean")
 
 
-def with_unknown_parts(model: Model, recording: Recording, *, giving: bool) -> Model:
+def with_unknown_parts(model: Model, recording: Recording, *, compliance: float = 0.0) -> Model:
     """Return the model with the parts whose numbers are estimated too: those of the instruments, friction's onset, and
-    legs that give where they are ``giving``.
+    the legs.
 
-    An onset of zero, of which no logarithm can be estimated, becomes its median beforehand, and legs that hold have the
-    usual compliance.
+    An onset of zero, of which no logarithm can be estimated, becomes its median beforehand, and legs that hold get the
+    ``compliance`` (m/N); 0 leaves them.
     """
     parts: list[Sensor] = [LeverArm()]
     if recording.insoles is not None:
@@ -144,8 +148,8 @@ def with_unknown_parts(model: Model, recording: Recording, *, giving: bool) -> M
     model = replace(model, sensors=(*model.sensors, *(part for part in parts if part.name not in known)))
     if is_carved(model.terms):
         return model
-    if giving and recording.uncertainty.leg_compliance > 0.0 and not model.legs.give:
-        model = model.with_values({COMPLIANCE: USUAL_COMPLIANCE})
+    if recording.uncertainty.leg_compliance > 0.0 and not model.legs.give:
+        model = model.with_values({COMPLIANCE: compliance})
     if recording.uncertainty.friction_onset == 0.0:
         return model
     return model.with_values({name: median for name, (median, _) in ONSET.items() if model.value(name) == 0.0})

@@ -28,7 +28,7 @@ def setting_of_legs(share: float) -> tuple[Model, Setting]:
     """Return the model and what is sought of the first seconds of the intermediate skier, legs known to that share."""
     recording, motion = bundled("intermediate")
     recording = steady(replace(recording, uncertainty=replace(recording.uncertainty, leg_compliance=share)))
-    motion = replace(motion, stop=motion.start + 5.0)
+    motion = replace(motion, stop=motion.start + 6.0)
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
     return setting_of(problem.model.with_values(SNOW), problem, recording, motion)
 
@@ -49,7 +49,7 @@ def test_legs_that_give_are_found_and_leave_the_snow_its_stiffness() -> None:
     (held, stiffness), (sought, _) = (estimate_of(SOFT, share) for share in (0.0, 1.0))
     i, k = sought.setting.names.index(COMPLIANCE), sought.setting.names.index(STIFFNESS)
     sigmas = np.sqrt(np.diag(sought.covariance))
-    assert sigmas[i] < 0.3 * SOFT
+    assert sigmas[i] < 0.6 * sought.setting.sigmas[i]
     # one draw, of which none in a hundred is beyond 2.6
     assert abs(sought.values[i] - SOFT) < 2.6 * sigmas[i]
     assert abs(sought.values[k] - stiffness) < 2.6 * sigmas[k]

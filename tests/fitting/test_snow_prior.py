@@ -19,7 +19,7 @@ from sssi_exudyn.recording.snow import SnowConditions
 def prior_of(recording: Recording) -> tuple[float, float]:
     _, motion = bundled("beginner")
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
-    stated = with_unknown_parts(problem.model, recording, giving=True)
+    stated = with_unknown_parts(problem.model, recording)
     (prior,) = [unknown.prior for unknown in unknown_numbers(stated, problem.priors, recording) if unknown.name == MU_T]
     return prior.mean, prior.sigma
 
