@@ -318,7 +318,7 @@ def add_terms(model: Model, terms: Sequence[Term]) -> Model:
             use_plugin(type(term))
     together = combine_terms(model.terms, terms)
     check_together(together, "--term")
-    return replace(model, terms=together)
+    return model.with_terms(together)
 
 
 def lock_of(out: Path | None) -> AbstractContextManager[None]:

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, SupportsFloat, TypeVar
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from sssi_exudyn.bodies.ski.ski import Ski
 from sssi_exudyn.contact.maths import FloatMath
-from sssi_exudyn.contact.registry import PAPER_TERMS
+from sssi_exudyn.contact.registry import PAPER_TERMS, is_carved
 from sssi_exudyn.contact.term import Term, terrain_height
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.core.choices import HeadingMode
@@ -222,6 +222,13 @@ class Model:
         for name, part in [*parts, ("start", self.start), ("legs", self.legs)]:
             for key, about in quantities(part).items():
                 check_bounds(about, float(np.real(getattr(part, key))), "model", f"{name}.{key}")
+
+    def with_terms(self, terms: Sequence[Term]) -> Model:
+        """Return the model with those force terms in place of its own.
+
+        Where they make edges cut the snow, the legs hold: the joints at the boots give there.
+        """
+        return replace(self, terms=tuple(terms), legs=RIGID if is_carved(terms) else self.legs)
 
     def with_heading(self, mode: HeadingMode | None) -> Model:
         """Return the model with that heading, or with its own if it is None."""

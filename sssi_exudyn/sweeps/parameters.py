@@ -154,9 +154,9 @@ def change(
     model = replace(
         model,
         ski=reshape(model.ski, by_part["ski"]),
-        terms=combine_terms(model.terms, terms),
         solver=replace(model.solver, **solver),
     )
+    model = model.with_terms(combine_terms(model.terms, terms))
     return recording, offset(motion, by_part["posture"]), model
 
 

@@ -8,6 +8,7 @@ import pytest
 import tomli_w
 from gliding import INCLINATION, model, standing
 
+from sssi_exudyn.contact.terms.air import AirDrag
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.contact.terms.penetration import HuntCrossley
 from sssi_exudyn.contact.terms.terrain import TerrainBump
@@ -126,6 +127,12 @@ def test_on_snow_that_edges_cut_the_boots_joints_give(tmp_path: Path) -> None:
     path.write_text(tomli_w.dumps(model_to_dict(cut)))
     with pytest.raises(InputError, match="joint at the boot gives already"):
         read_model(path)
+
+
+def test_legs_hold_once_edges_cut() -> None:
+    soft = giving(model())
+    assert soft.with_terms((Carving(), AirDrag())).legs.compliance == 0.0
+    assert soft.with_terms((*soft.terms, TerrainBump())).legs.compliance == COMPLIANCE
 
 
 def test_legs_that_hold_have_no_derivative() -> None:
