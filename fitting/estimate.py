@@ -19,10 +19,17 @@ from sssi_exudyn.fitting.first_fit import Fitted, fit, with_surface
 from sssi_exudyn.fitting.linearised_run import Setting
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
 from sssi_exudyn.fitting.observations import observation_of
-from sssi_exudyn.fitting.parameters import Parameter, posture_errors, unknown_numbers, with_unknown_parts
+from sssi_exudyn.fitting.parameters import (
+    FIRST_COMPLIANCE,
+    Parameter,
+    posture_errors,
+    unknown_numbers,
+    with_unknown_parts,
+)
 from sssi_exudyn.fitting.posterior import Posterior, find_posterior
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess
 from sssi_exudyn.model.from_recording import VELOCITY_SIGMA
+from sssi_exudyn.model.legs import USUAL_COMPLIANCE
 from sssi_exudyn.model.model import PRESETS, Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.motion.motion import Motion
@@ -202,7 +209,8 @@ def setting_of(
     """The model with the parts whose numbers are sought along, and what is sought with what is measured, as
     ``observation_of`` has it; priors and what each fix counts are the problem's, those of ``more`` come before.
     """
-    model, stated = with_unknown_parts(model, recording), with_unknown_parts(problem.model, recording)
+    stated = with_unknown_parts(problem.model, recording, compliance=USUAL_COMPLIANCE if balanced else 0.0)
+    model = with_unknown_parts(model, recording, compliance=FIRST_COMPLIANCE if balanced else 0.0)
     about = recording.uncertainty
     usual = {unknown.names: unknown for unknown in unknown_numbers(stated, problem.priors, recording)}
     given = {names: Parameter(names, prior) for names, prior in (more or {}).items()}

@@ -27,7 +27,7 @@ from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.terrain.from_heights import TILTS
 
 _SMALLEST: Final = 1e-6
-"""Lower bound of a number whose logarithm is estimated, in its unit, where the model allows zero."""
+"""Lower bound of a number that must stay above zero, in its unit, where the model allows zero."""
 STEP: Final = 0.01
 """s; steps of the reduced model."""
 _DIFFERENCE: Final = 1e-3
@@ -114,7 +114,7 @@ class Setting:
     def bounds(self, model: Model) -> Array:
         """Return the lower and upper bounds (k, 2) of θ."""
         bounds = np.array([model.bounds(name) for name in self.names])
-        lowest = np.where(self.logarithmic, _SMALLEST, -np.inf)
+        lowest = np.where([unknown.is_positive for unknown in self.unknowns], _SMALLEST, -np.inf)
         bounds = np.maximum(bounds, lowest[:, None])
         return np.asarray(np.log(bounds, out=bounds, where=self.logarithmic[:, None]))
 

@@ -12,6 +12,7 @@ from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.number_ref import (
     CLOCK_OFFSET,
+    COMPLIANCE,
     DAMPING,
     EPS,
     EXPONENTS,
@@ -31,6 +32,7 @@ from sssi_exudyn.core.text import did_you_mean
 from sssi_exudyn.fitting.objective import Prior, Problem
 from sssi_exudyn.fitting.posture_errors import LEANS, TURNS, PostureError, errors_of
 from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm, Sensor
+from sssi_exudyn.model.legs import USUAL_COMPLIANCE
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.few_sensors.complete import FootSigma
 from sssi_exudyn.recording.recording import Recording
@@ -61,12 +63,17 @@ ONSET: Final = {EPS: (0.1, 1.0), SLIP: (0.003, 1.0), SHARPNESS: (2.0, 0.2)}
 """Numbers of how friction builds up between rest and full slip: medians beforehand (m/s, 1 and 1) where the model
 states none, and standard deviations of their logarithms.  Published friction of skis does not resolve them.
 """
+FIRST_COMPLIANCE: Final = 5e-6
+"""m/N at which a search for that of legs begins.  From softer ones the run of a skier whose legs hold ended in another
+minimum, where log evidence is lower by 8; legs of 25 kN/m are found from either.
+"""
 MASS: Final = "skier's mass"
 SURFACE: Final = "snow surface"
 _GROUPS: Final = {
     "friction": "friction's own prior",
     "carving": "snow's own prior",
     "penetration": "snow's stiffness",
+    "legs": "legs' give",
     "air": "drag",
     "posture_air": "drag",
     "start": "start",
@@ -111,6 +118,11 @@ class Parameter:
         return model.value(self.name) if self.logarithmic else 1.0
 
     @property
+    def is_positive(self) -> bool:
+        """Return whether the number must stay above zero, where its logarithm or the legs' stiffness has no end."""
+        return self.logarithmic or self.name == COMPLIANCE
+
+    @property
     def group(self) -> str:
         """Return where its uncertainty is counted."""
         special = {HEADING_OFFSET: "heading", CLOCK_OFFSET: "clock"} | dict.fromkeys(ONSET, "friction's onset")
@@ -122,17 +134,23 @@ def group_of(error: PostureError) -> str:
     return _POSTURE.get(error.kind, "trunk's lean")
 
 
-def with_unknown_parts(model: Model, recording: Recording) -> Model:
-    """Return the model with the parts whose numbers are estimated too: those of the instruments, and friction's onset.
+def with_unknown_parts(model: Model, recording: Recording, *, compliance: float = 0.0) -> Model:
+    """Return the model with the parts whose numbers are estimated too: those of the instruments, friction's onset, and
+    the legs.
 
-    An onset of zero, of which no logarithm can be estimated, becomes its median beforehand.
+    An onset of zero, of which no logarithm can be estimated, becomes its median beforehand, and legs that hold get the
+    ``compliance`` (m/N); 0 leaves them.
     """
     parts: list[Sensor] = [LeverArm()]
     if recording.insoles is not None:
         parts += [BootCuff(USUAL_CUFF), InsoleGain()]
     known = {sensor.name for sensor in model.sensors}
     model = replace(model, sensors=(*model.sensors, *(part for part in parts if part.name not in known)))
-    if is_carved(model.terms) or recording.uncertainty.friction_onset == 0.0:
+    if is_carved(model.terms):
+        return model
+    if recording.uncertainty.leg_compliance > 0.0 and not model.legs.give:
+        model = model.with_values({COMPLIANCE: compliance})
+    if recording.uncertainty.friction_onset == 0.0:
         return model
     return model.with_values({name: median for name, (median, _) in ONSET.items() if model.value(name) == 0.0})
 
@@ -183,8 +201,9 @@ def unknown_numbers(stated: Model, priors: Mapping[NumberRef, Prior], recording:
 
 
 def law_unknowns(stated: Model, about: Uncertainty) -> tuple[Parameter, ...]:
-    """Return the numbers of friction's onset and of the snow's resistance to penetration that the paper leaves open,
-    each with its prior about what the model states; none where edges cut.
+    """Return the numbers of friction's onset and of the snow's resistance to penetration that the paper leaves open.
+
+    Those of legs that give are among them, each with its prior about what the model states.  None where edges cut.
     """
     if is_carved(stated.terms):
         return ()
@@ -200,6 +219,9 @@ def law_unknowns(stated: Model, about: Uncertainty) -> tuple[Parameter, ...]:
     for name in EXPONENTS:
         exponent = stated.value(name)
         unknowns.append(Parameter((name,), Prior(exponent, about.snow_exponents * exponent)))
+    if stated.legs.give:
+        beforehand = Prior(stated.value(COMPLIANCE), about.leg_compliance * USUAL_COMPLIANCE)
+        unknowns.append(Parameter((COMPLIANCE,), beforehand))
     return tuple(unknown for unknown in unknowns if unknown.prior.sigma > 0.0)
 
 

@@ -29,14 +29,15 @@ class DrawnRun:
 def draw_run(model: Model, setting: Setting, rng: np.random.Generator) -> DrawnRun:
     """Draw measurements, with noise of the usual size, of a run of the reduced model with errors.
 
-    The run's numbers, mass and posture differ from the model's by errors drawn from the priors.  Friction, place and
-    velocity at the start are the model's, as their priors are so wide that they say nothing.
+    The run's numbers, mass and posture differ from the model's by errors drawn from the priors, numbers within their
+    bounds.  Friction, place and velocity at the start are the model's: their priors are so wide that they say nothing.
     """
     point, responses = linearise_at(model, setting)
     values = setting.values(model)
     for i, (name, sigma) in enumerate(zip(setting.names, setting.sigmas, strict=True)):
         if name.part != MU_T.part and name not in (START_F, START_L, VELOCITY_F, VELOCITY_L):
             values[i] += sigma * rng.standard_normal()
+    values = np.clip(values, *setting.bounds(model).T)
     sizes = rng.standard_normal(len(setting.errors) + 1)
     measured = moved_point(setting, point, responses, values, sizes).predicted.copy()
     seen = setting.seen

@@ -43,6 +43,8 @@ class ModalSki:
     """(k, 6) mode's mass coupling with translation (kg) and rotation about the held node (kg m)"""
     held: Array
     """(k, 2) m, rad: how far the held node rises and pitches, > 0 tip down, a unit of the mode; zero where fixed"""
+    rigid: Array
+    """(6, 6) mass matrix of the ski that moves as one with the held node: kg, kg m, kg m²"""
 
 
 def modal_ski(mesh: BeamMesh, modes: int = 12, give: Array | None = None) -> ModalSki:
@@ -66,15 +68,16 @@ def modal_ski(mesh: BeamMesh, modes: int = 12, give: Array | None = None) -> Mod
     shape = np.zeros((modes, len(mass)))
     shape[:, free] = vectors.T[:modes]
     omega = np.sqrt(squares[:modes])
-    nodal = shape.reshape(modes, -1, 6)
+    nodal, rigid = shape.reshape(modes, -1, 6), _rigid_motions(mesh)
     tau = _damping_time(mesh, squares) if give is None else damping_time(mesh)
     return ModalSki(
         frequency=omega / (2.0 * np.pi),
         damping_ratio=0.5 * tau * omega,
         shape=nodal,
         contact_shape=_contact_shape(mesh, nodal),
-        participation=shape @ mass @ _rigid_motions(mesh),
+        participation=shape @ mass @ rigid,
         held=nodal[:, mesh.clamped, list(_GIVING)],
+        rigid=rigid.T @ mass @ rigid,
     )
 
 

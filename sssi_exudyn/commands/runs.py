@@ -43,6 +43,7 @@ from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.io.writing import check_file_name, clear_errors, folder_lock, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.heading import check_heading
+from sssi_exudyn.model.legs import check_legs
 from sssi_exudyn.model.model import PRESETS, Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.motion.from_recording import round_trip_table
@@ -163,6 +164,7 @@ def choose_model(
     chosen = add_terms(given or model_of(work.recording, work.motion), (*on_edges, *terms)).with_heading(heading)
     chosen.check_numbers()
     check_heading(chosen.heading, chosen.terms, "--heading")
+    check_legs(chosen.legs, chosen.terms)
     settings: dict[str, str] = {}
     if snow != "paper":
         settings["snow"] = snow
@@ -317,7 +319,7 @@ def add_terms(model: Model, terms: Sequence[Term]) -> Model:
             use_plugin(type(term))
     together = combine_terms(model.terms, terms)
     check_together(together, "--term")
-    return replace(model, terms=together)
+    return model.with_terms(together)
 
 
 def lock_of(out: Path | None) -> AbstractContextManager[None]:

@@ -72,3 +72,5 @@ STIFFNESS: Final = NumberRef("penetration.k")
 DAMPING: Final = NumberRef("penetration.c")
 EXPONENTS: Final = (NumberRef("penetration.m1"), NumberRef("penetration.m3"))
 """The snow's resistance to penetration."""
+COMPLIANCE: Final = NumberRef("legs.compliance")
+"""Of each leg, beyond what the capture shows."""

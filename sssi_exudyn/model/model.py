@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, SupportsFloat, TypeVar
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from sssi_exudyn.bodies.ski.ski import Ski
 from sssi_exudyn.contact.maths import FloatMath
-from sssi_exudyn.contact.registry import PAPER_TERMS
+from sssi_exudyn.contact.registry import PAPER_TERMS, is_carved
 from sssi_exudyn.contact.term import Term, terrain_height
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.core.choices import HeadingMode
@@ -24,6 +24,7 @@ from sssi_exudyn.core.quantity import Quantity, check_bounds, quantities, quanti
 from sssi_exudyn.core.text import did_you_mean, one_line
 from sssi_exudyn.model.faults import CaptureSensor, Sensor
 from sssi_exudyn.model.heading import REPLAY, Heading
+from sssi_exudyn.model.legs import RIGID, Legs
 from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.recording.recording import Equipment, Skier
 from sssi_exudyn.terrain.surface import Surface
@@ -95,6 +96,7 @@ class Model:
     surface : the snow's heights over the slope's plane; None for the plane
     posture : correction of the captured posture; None for none
     heading : treatment of the skier's heading on snow that edges cut
+    legs : give of the legs on other snow
 
     Examples
     --------
@@ -116,6 +118,7 @@ class Model:
     surface: Surface | None = None
     posture: PostureCorrection | None = None
     heading: Heading = REPLAY
+    legs: Legs = RIGID
 
     def __repr__(self) -> str:
         parts = ", ".join([*(term.name for term in self.terms), *(sensor.name for sensor in self.sensors)])
@@ -200,6 +203,8 @@ class Model:
             new = replace(old, **{number.key: value if isinstance(value, complex) else float(value)})  # type: ignore[arg-type]
             if isinstance(new, Start):
                 changed = replace(changed, start=new)
+            elif isinstance(new, Legs):
+                changed = replace(changed, legs=new)
             elif isinstance(new, Term):
                 changed = replace(changed, terms=tuple(new if term is old else term for term in changed.terms))
             else:
@@ -208,15 +213,22 @@ class Model:
         return changed
 
     def check_numbers(self) -> None:
-        """Raise InputError for the first number of terms, sensors and start that is outside its declared bounds.
+        """Raise InputError for the first number of terms, sensors, start and legs that is outside its declared bounds.
 
         A ``model.toml`` with such a number would be refused too.
         """
-        parts: list[tuple[str, Term | Sensor | Start]] = [(term.name, term) for term in self.terms]
+        parts: list[tuple[str, Term | Sensor | Start | Legs]] = [(term.name, term) for term in self.terms]
         parts += [(sensor.name, sensor) for sensor in self.sensors]
-        for name, part in [*parts, ("start", self.start)]:
+        for name, part in [*parts, ("start", self.start), ("legs", self.legs)]:
             for key, about in quantities(part).items():
                 check_bounds(about, float(np.real(getattr(part, key))), "model", f"{name}.{key}")
+
+    def with_terms(self, terms: Sequence[Term]) -> Model:
+        """Return the model with those force terms in place of its own.
+
+        Where they make edges cut the snow, the legs hold: the joints at the boots give there.
+        """
+        return replace(self, terms=tuple(terms), legs=RIGID if is_carved(terms) else self.legs)
 
     def with_heading(self, mode: HeadingMode | None) -> Model:
         """Return the model with that heading, or with its own if it is None."""
@@ -234,21 +246,24 @@ class Model:
             sensors=tuple(sensor for sensor in self.sensors if not any(sensor is part for part in gone)),
         )
 
-    def owner(self, name: str) -> Term | Start | Sensor | Surface:
-        """Return the term, sensor, start or surface of that name.  Raises InputError for an unknown one."""
+    def owner(self, name: str) -> Term | Start | Legs | Sensor | Surface:
+        """Return the term, sensor, start, legs or surface of that name.  Raises InputError for an unknown one."""
         if name == "start":
             return self.start
+        if name == "legs":
+            return self.legs
         if name == "surface" and self.surface is not None:
             return self.surface
         kind, index = split_owner(name)
         parts: tuple[Term | Sensor, ...] = (*self.terms, *self.sensors)
         matches = [part for part in parts if part.name == kind]
         if not 1 <= index <= len(matches):
-            known = [*(part.name for part in parts), "start", *(("surface",) if self.surface is not None else ())]
+            surface = ("surface",) if self.surface is not None else ()
+            known = [*(part.name for part in parts), "start", "legs", *surface]
             raise InputError("model", name, "the model has no such term", did_you_mean(name, known))
         return matches[index - 1]
 
-    def _checked_owner(self, number: NumberRef) -> Term | Start | Sensor | Surface:
+    def _checked_owner(self, number: NumberRef) -> Term | Start | Legs | Sensor | Surface:
         """Return what has a number.  Raises InputError where the model has no such part, or that no such number."""
         part = self.owner(number.owner)
         if isinstance(part, Surface):

@@ -18,6 +18,7 @@ from sssi_exudyn.core.quantity import build_checked, quantities
 from sssi_exudyn.io.settings import Settings, check_keys, key_of, name_of, numbers_of, read_toml, table_from, table_of
 from sssi_exudyn.model.faults import read_sensor, values_of
 from sssi_exudyn.model.heading import REPLAY, Heading, check_heading
+from sssi_exudyn.model.legs import RIGID, Legs, check_legs
 from sssi_exudyn.model.model import PRESETS, Model, Solver, Start
 from sssi_exudyn.motion.correction_file import FILE as POSTURE
 from sssi_exudyn.motion.correction_file import correction_bytes, correction_to_dict, read_correction
@@ -29,7 +30,7 @@ from sssi_exudyn.terrain.file import read_surface, surface_bytes, surface_to_dic
 
 _TABLES: Final = (
     *("format", "name", "skier", "equipment", "slope", "term", "sensor", "start", "solver"),
-    *("ski", "surface", "posture", "heading", "plugin"),
+    *("ski", "surface", "posture", "heading", "legs", "plugin"),
 )
 _KEYS: Final = {
     "skier": ("mass_kg", "height_m", "sex"),
@@ -50,6 +51,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
     surface = {} if model.surface is None else {"surface": surface_to_dict(model.surface)}
     posture = {} if model.posture is None else {"posture": correction_to_dict(model.posture)}
     heading = {} if model.heading == REPLAY else {"heading": asdict(model.heading)}
+    legs = {} if model.legs == RIGID else {"legs": asdict(model.legs)}
     plugins = [plugin.as_table() for plugin in origins_of(type(term) for term in model.terms)]
     return {
         "format": 1,
@@ -71,6 +73,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
         **surface,
         **posture,
         **heading,
+        **legs,
         **({"plugin": plugins} if plugins else {}),
     }
 
@@ -137,6 +140,8 @@ def read_model(path: Path) -> Model:
         raise InputError(path, "[heading] mode", problem, f"use one of: {', '.join(HEADING_MODES)}")
     held = build_checked(Heading, heading, path, "[heading]")
     check_heading(held, terms, path, "[heading] mode")
+    legs = build_checked(Legs, dict(table("legs")) if "legs" in data else {}, path, "[legs]")
+    check_legs(legs, terms, path, "[legs] compliance")
     sex = name_of(skier, "sex", path, "[skier]", default="male")
     if sex not in SEXES:
         raise InputError(path, "[skier] sex", f"{sex!r} has no anthropometric table", f"use of: {', '.join(SEXES)}")
@@ -180,6 +185,7 @@ def read_model(path: Path) -> Model:
         surface=read_surface(table("surface"), path) if "surface" in data else None,
         posture=read_correction(table("posture"), path) if "posture" in data else None,
         heading=held,
+        legs=legs,
     )
 
 

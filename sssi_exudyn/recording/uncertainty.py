@@ -73,6 +73,11 @@ class Uncertainty:
         1.0, "log", low=0.0, high=2.0, source="chosen: the paper states none; 0.03 to 0.3 m/s is likely",
         meaning="logarithm of the factor to which the slip is known over which friction builds up; 0 holds it",
     )  # fmt: skip
+    leg_compliance: float = quantity(
+        1.0, "1", low=0.0, high=10.0,
+        source="chosen: from legs whose give the capture shows to those that hop (Farley and Morgenroth 1999)",
+        meaning="the legs' compliance, as a share of the usual one; 0 holds them",
+    )  # fmt: skip
     boot_cuff: float = quantity(
         0.03, "1", low=0.0, high=0.5, source="Nakazato et al. 2011", meaning="share of the load in the boots' cuffs"
     )

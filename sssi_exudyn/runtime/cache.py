@@ -55,7 +55,7 @@ _NAMES: Final = {
 that began before a module moved goes on.
 """
 _LATER: Final = {
-    "Model": ("surface", "posture", "heading"),
+    "Model": ("surface", "posture", "heading", "legs"),
     "Recording": ("elevations", "poles", "began", "snow"),
     "Skier": ("name",),
     "Equipment": (

@@ -152,6 +152,7 @@ class Parts:
             node_mass=self.node_mass,
             node_moment=self.node_moment,
             surface=snow_grid(self.model.surface),
+            rising=cut.clamped if self.model.legs.give else -1,
         )
 
     @cached_property

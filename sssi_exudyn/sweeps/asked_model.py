@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.bodies.ski.ski import ski_named
-from sssi_exudyn.contact.registry import known_terms, term_named
+from sssi_exudyn.contact.registry import is_carved, known_terms, term_named
 from sssi_exudyn.contact.term import EdgeTerm, Term
 from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.errors import InputError
@@ -41,7 +41,7 @@ def askable(terms: Sequence[Term]) -> dict[str, Parameter]:
     absent = [
         cls() for cls in known_terms() if cls.name not in present and not cls.replaces and not issubclass(cls, EdgeTerm)
     ]
-    parts = {*present, *(term.name for term in absent), "ski", "start"}
+    parts = {*present, *(term.name for term in absent), "ski", "start", *(() if is_carved(terms) else ("legs",))}
     declared = {**parameters_of((*terms, *absent)), _START_SPEED.name: _START_SPEED}
     model = {
         name: about
@@ -112,6 +112,6 @@ def _changed(model: Model, number: NumberRef, value: float) -> Model:
         return replace(
             model, start=replace(start, velocity_f=factor * start.velocity_f, velocity_l=factor * start.velocity_l)
         )
-    if number.part != "start" and number.part not in {term.name for term in model.terms}:
+    if number.part not in {"start", "legs", *(term.name for term in model.terms)}:
         model = replace(model, terms=(*model.terms, term_named(number.part)()))
     return model.with_values({number: value})

@@ -22,6 +22,7 @@ from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.core.quantity import Quantity, quantities
 from sssi_exudyn.model.faults import Sensor
 from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.legs import Legs
 from sssi_exudyn.model.model import Model, Solver, Start
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
@@ -73,6 +74,7 @@ def parameters_of(several: Iterable[Term | Sensor]) -> dict[str, Parameter]:
         "slope": Slope,
         "ski": Ski,
         "start": Start,
+        "legs": Legs,
         "solver": Solver,
     }
     parameters = [_parameter_of(part, about, cls) for part, cls in parts.items() for about in quantities(cls).values()]
@@ -152,9 +154,9 @@ def change(
     model = replace(
         model,
         ski=reshape(model.ski, by_part["ski"]),
-        terms=combine_terms(model.terms, terms),
         solver=replace(model.solver, **solver),
     )
+    model = model.with_terms(combine_terms(model.terms, terms))
     return recording, offset(motion, by_part["posture"]), model
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from bundled import bundled, steady
 
-from sssi_exudyn.core.number_ref import DAMPING, EPS, EXPONENTS, MU_N, MU_T, SHARPNESS, SLIP
+from sssi_exudyn.core.number_ref import COMPLIANCE, DAMPING, EPS, EXPONENTS, MU_N, MU_T, SHARPNESS, SLIP
 from sssi_exudyn.fitting.balance import SLIP_NOISE, moment_by_slip_noise
 from sssi_exudyn.fitting.estimate import setting_of
 from sssi_exudyn.fitting.first_fit import problem_of
@@ -23,7 +23,7 @@ from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.validation.drawn_run import draw_run
 
-HELD = Uncertainty(friction_onset=0.0, snow_damping=0.0, snow_exponents=0.0)
+HELD = Uncertainty(friction_onset=0.0, snow_damping=0.0, snow_exponents=0.0, leg_compliance=0.0)
 SNOW = {"friction.mu_t": 0.19, "friction.mu_n": 0.9, "friction.eps": 0.3}
 
 
@@ -52,15 +52,16 @@ def test_a_number_known_to_a_factor_is_estimated_by_its_logarithm() -> None:
     model, _ = setting_about(Uncertainty())
     stated = model.with_values({EPS: 0.1, SLIP: 0.0})
     unknowns = {unknown.name: unknown for unknown in law_unknowns(stated, Uncertainty())}
-    assert set(unknowns) == {EPS, SLIP, SHARPNESS, DAMPING, *EXPONENTS}
+    assert set(unknowns) == {EPS, SLIP, SHARPNESS, DAMPING, *EXPONENTS, COMPLIANCE}
     assert unknowns[EPS].prior.mean == pytest.approx(math.log(0.1))
     assert unknowns[EPS].of(model) == pytest.approx(math.log(0.3))
     assert unknowns[EPS].slope(model) == pytest.approx(0.3)
     assert unknowns[EXPONENTS[0]].of(model) == 1.5
     assert unknowns[EXPONENTS[0]].slope(model) == 1.0
     assert not law_unknowns(stated, HELD)
+    assert COMPLIANCE not in {unknown.name for unknown in law_unknowns(setting_about(HELD)[0], Uncertainty())}
     undamped = {unknown.name for unknown in law_unknowns(stated.with_values({DAMPING: 0.0}), Uncertainty())}
-    assert undamped == {EPS, SLIP, SHARPNESS, *EXPONENTS}  # no damping has no logarithm
+    assert undamped == {EPS, SLIP, SHARPNESS, *EXPONENTS, COMPLIANCE}  # no damping has no logarithm
 
 
 def test_numbers_and_logarithms_of_a_setting_belong_together() -> None:

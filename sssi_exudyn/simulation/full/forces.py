@@ -104,7 +104,7 @@ class Forces:
         self._found = ForcePass(
             np.zeros(len(ref)), np.zeros((2, columns)), np.zeros((len(carrier.area), 4)), np.zeros(3)
         )
-        entries = 2 * (17**2 * len(sections.share) + 64 * len(sections.damping) + 4) + 3 * len(carrier.sign)
+        entries = 2 * (17**2 * len(sections.share) + 64 * len(sections.damping) + 15) + 3 * len(carrier.sign)
         self._triplets = Triplets(np.zeros(entries, np.int64), np.zeros(entries, np.int64), np.zeros(entries))
 
     @property

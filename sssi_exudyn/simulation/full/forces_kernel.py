@@ -228,7 +228,17 @@ def forces(parameters, q, v, ref, sections, carrier, at, filled):
         ski_inertia(
             q, v, ref, base, sections, carrier.gravity, frame, spin_in, spin_rate, at.foot_acceleration[ski], out
         )
-        add_to_tree(out, carrier.sign, rub(parameters, sections, foot, at.time, ski, seen[ski]), at.foot_jacobian[ski])
+        if sections.rising < 0:
+            friction = rub(parameters, sections, foot, at.time, ski, seen[ski])
+            add_to_tree(out, carrier.sign, friction, at.foot_jacobian[ski])
+        else:
+            i = base + NODE * sections.rising
+            friction = rub(parameters, sections, risen(foot, q, v, i), at.time, ski, seen[ski])
+            pushed = into(frame, friction)
+            # about the foot's place it has no moment but for the rise
+            add_wrench(out, i, 1.0, four(q, ref, i + 3), pushed, cross(pushed, three(ref, i)))
+            for k in range(3):
+                out[k] += friction[k]
     push_skier(parameters, carrier, at, pelvis, speed, filled)
 
 
@@ -263,6 +273,17 @@ def press_sections(parameters, q, v, ref, base, sections, foot, out, seen):
     on_pelvis = out_of(frame, on_pelvis)
     for k in range(3):
         out[k] += on_pelvis[k]
+
+
+@njit(cache=True, error_model="numpy")
+def risen(foot, q, v, i):
+    """Return a foot with the velocity of its boot, whose node's coordinates begin at ``i`` and which rises against it.
+
+    The place stays the foot's: it tells where on the slope snow and laws are looked up.
+    """
+    at, velocity, frame, spinning = foot
+    arm = out_of(frame, (0.0, 0.0, q[i + 2]))
+    return at, point_velocity(velocity, spinning, arm, out_of(frame, three(v, i))), frame, spinning
 
 
 @inlined
@@ -348,6 +369,8 @@ def jacobian(parameters, q, v, ref, sections, carrier, at, seen, by_place, by_ra
         foot = foot_now(at, pelvis, speed, ski)
         count = contact_triplets(parameters, q, v, ref, base, sections, foot, by_place, by_rate, triplets, count)
         count = damping_triplets(q, ref, base, damping, by_rate, triplets, count)
+        if sections.rising >= 0:
+            foot = risen(foot, q, v, base + NODE * sections.rising)
         place, velocity, frame, _ = foot
         along, across, edge = foot_axes(parameters, sections.surface, place, frame)
         slopes = foot_derivatives(
@@ -357,8 +380,27 @@ def jacobian(parameters, q, v, ref, sections, carrier, at, seen, by_place, by_ra
         for k in range(3):
             column_t = slopes[3] * along[k] + slopes[4] * across[k]
             column_n = slopes[6] * along[k] + slopes[7] * across[k]
-            add_to_tree(tree[k], sign, plus(times(column_t, along), times(column_n, across)), at.foot_jacobian[ski])
+            column = plus(times(column_t, along), times(column_n, across))
+            if sections.rising < 0:
+                add_to_tree(tree[k], sign, column, at.foot_jacobian[ski])
+            else:
+                count = boot_triplets(frame, column, base + NODE * sections.rising, k, by_rate, tree, triplets, count)
     return skier_triplets(parameters, carrier, at, pelvis, speed, tree, by_rate, triplets, count)
+
+
+@njit(cache=True, error_model="numpy")
+def boot_triplets(frame, column, i, k, by_rate, tree, triplets, count):
+    """Append what friction on a boot that rises, its node at ``i``, gains by its velocity along the k-th axis: the
+    ``column`` (3) in N s/m; the new count.  On the pelvis by its own velocity goes to ``tree`` (3, s).
+    """
+    rows, columns, values = triplets
+    up = (frame[0, 2], frame[1, 2], frame[2, 2])
+    on_boot = dot(up, column)
+    for c in range(3):
+        tree[k, c] += column[c]
+        count = put(rows, columns, values, count, c, i + 2, -by_rate * up[k] * column[c])
+    count = put(rows, columns, values, count, i + 2, k, -by_rate * on_boot)
+    return put(rows, columns, values, count, i + 2, i + 2, -by_rate * up[k] * on_boot)
 
 
 @inlined

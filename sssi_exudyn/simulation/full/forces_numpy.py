@@ -10,7 +10,7 @@ Arrays have the axes ski (2), component (3, or 4 of a quaternion), and node, ele
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, Protocol
 
 import numpy as np
@@ -156,10 +156,16 @@ class ArrayKernel:
         feet = Feet(pelvis + at.foot_place, speed + at.foot_velocity, at.foot_rotation, at.foot_spin)
         under = np.array([patch_under(sections.surface, *place[:2]) for place in feet.place]).T[:, :, None]
         self._contact(seen, nodes, rates[:, :3], spins, force, torque, feet, under, sections)
+        still = ref[head + kernel.NODE * sections.rising :][:3]
+        friction = self._friction(seen, at.time, _risen(feet, nodes, rates, sections, still), under[:, :, 0])
+        if sections.rising >= 0:
+            pushed = (feet.rotation.swapaxes(1, 2) @ friction[:, :, None])[:, :, 0]
+            _push_boot(force, torque, pushed, sections.rising, still)
         wrench = np.concatenate([force, _on_quaternion(nodes[:, 3:], torque)], axis=1)
         out[head:] = wrench.swapaxes(1, 2).ravel()
         out[:3] = (at.foot_rotation @ force.sum(axis=2, keepdims=True)).sum(axis=0)[:, 0]
-        _add_to_tree(out, sign, self._friction(seen, at.time, feet, under[:, :, 0]), at.foot_jacobian)
+        if sections.rising < 0:
+            _add_to_tree(out, sign, friction, at.foot_jacobian)
         moving = speed + at.exposed_velocity
         drag[:, :3] = self._laws.segments(at.time, pelvis[0], pelvis[1], moving, carrier.area, at.exposed_facing)
         drag[:, 3] = np.sum(drag[:, :3] * moving, axis=1)
@@ -228,6 +234,26 @@ class ArrayKernel:
         on_surface = _on_change(under[2:], f - under[0], l - under[1])
         height, by_f, by_l = (a + b for a, b in zip(self._laws.terrain(f, l), on_surface, strict=True))
         return height, snow_normal(_MATH, by_f, by_l)
+
+
+def _risen(feet: Feet, nodes: Array, rates: Array, sections: Sections, still: Array) -> Feet:
+    """Return feet with the velocities of their boots, which may rise against them from where they are ``still`` (3,)
+    m; places stay.
+    """
+    if sections.rising < 0:
+        return feet
+    height = nodes[:, 2, sections.rising, None] - still[2]
+    arm = height * feet.rotation[:, :, 2]
+    bending = (feet.rotation @ rates[:, :3, sections.rising, None])[:, :, 0]
+    return replace(feet, velocity=feet.velocity + np.cross(feet.spin, arm) + bending)
+
+
+def _push_boot(force: Array, torque: Array, pushed: Array, node: int, still: Array) -> None:
+    """Add the force ``pushed`` (2, 3) N on the boots, in the feet's frames, to their nodes, which at rest are at
+    ``still`` (3,) m.  About the feet's places it has no moment but for the boots' rise.
+    """
+    force[:, :, node] += pushed
+    torque[:, :, node] += np.cross(pushed, still)
 
 
 def _inertia(

@@ -23,6 +23,7 @@ from sssi_exudyn.core.choices import Backend
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope, up_in_slope
 from sssi_exudyn.model.heading import check_heading
+from sssi_exudyn.model.legs import check_legs
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.motion.motion import Motion, antenna_offset
 from sssi_exudyn.simulation.assembly import CARVED_STEP, Parts, correct_motion
@@ -125,6 +126,7 @@ def set_up(
 ) -> FullRun:
     """Return a run that stands at its start, settled on the snow, as ``integrate`` begins with it."""
     check_heading(model.heading, model.terms)
+    check_legs(model.legs, model.terms)
     parts = Parts(model, correct_motion(model, motion))
     t0 = motion.start if start is None else start
     t1 = motion.stop if stop is None else stop

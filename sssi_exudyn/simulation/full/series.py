@@ -111,7 +111,8 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
     run = _Recorded.of(parts, posture, system, record)
     along, across = _foot_axes(run, system)
     friction = run.feet[:, :, kernel.ALONG, None] * along + run.feet[:, :, kernel.ACROSS, None] * across
-    on_feet = np.zeros_like(friction) if parts.is_carved else friction  # what cuts reaches the feet through the skis
+    through_skis = parts.is_carved or parts.model.legs.give
+    on_feet = np.zeros_like(friction) if through_skis else friction
     snow = _snow_wrench(parts, run, record, np.cross(along, across), on_feet)
     on_foot, poles = _from_skis(parts, run), _from_poles(parts, run)
     moments = np.array(record.moments)
@@ -211,6 +212,8 @@ def _deflection(parts: Parts, run: _Recorded, edges: EdgeSeries | None) -> Array
     """Return the normal deflection (n, 2, 2) m of each ski's tip and tail against its unloaded shape."""
     mesh = parts.mesh
     deflection = run.nodes[:, :, [-1, 0], 2] - parts.ski_in_foot[2] - mesh.node_position[[-1, 0], 2]
+    if parts.model.legs.give:
+        deflection = deflection - _rise(parts, run)[0][..., None]
     if edges is None:
         return np.asarray(deflection)
     ahead = mesh.node_position[[-1, 0], 0] - mesh.node_position[mesh.clamped, 0]
@@ -229,7 +232,7 @@ def _powers(parts: Parts, run: _Recorded, moments: Array, poles: _OfPoles | None
         **skid,
         "air": run.drag[..., 3].sum(axis=1),
         "body": body if poles is None else body + poles.power,
-        "damping": feet[:, :, kernel.DAMPING_POWER].sum(axis=1),
+        "damping": feet[:, :, kernel.DAMPING_POWER].sum(axis=1) - _leg_loss(parts, run),
     }
 
 
@@ -241,10 +244,26 @@ def _energy(parts: Parts, run: _Recorded, com: Array, powers: Mapping[str, Array
         given, turning = run.feet[..., first : first + carved_forces_kernel.JOINTS], run.rates[:, :, parts.mesh.clamped]
         kinetic = kinetic + 0.5 * np.sum(parts.leg_inertia * (2.0 * turning[..., [6, 4]]) ** 2, axis=(1, 2))
         elastic = elastic + 0.5 * np.sum(parts.edges.stiffness * given**2, axis=(1, 2))
+    if parts.model.legs.give:
+        elastic = elastic + 0.5 * parts.model.legs.stiffness * np.sum(_rise(parts, run)[0] ** 2, axis=1)
     energy = {name: _integral(power, run.time) for name, power in powers.items()}
     energy["gravity"] = parts.mass * (com - com[0]) @ gravity_in_slope(parts.model.inclination)
     closure = sum(energy.values()) - (kinetic - kinetic[0]) - (elastic - elastic[0])
     return {**energy, "kinetic": kinetic, "elastic": elastic}, np.asarray(closure)
+
+
+def _rise(parts: Parts, run: _Recorded) -> tuple[Array, Array]:
+    """Return by how much the boots have risen against the captured feet (n, 2) m, and how fast (n, 2) m/s."""
+    mesh = parts.mesh
+    still = parts.ski_in_foot[2] + mesh.node_position[mesh.clamped, 2]
+    return run.nodes[:, :, mesh.clamped, 2] - still, run.rates[:, :, mesh.clamped, 2]
+
+
+def _leg_loss(parts: Parts, run: _Recorded) -> Array:
+    """Return the power (n,) W that the dampers of legs that give take."""
+    if not parts.model.legs.give:
+        return np.zeros(len(run.time))
+    return np.asarray(parts.model.legs.damping * np.sum(_rise(parts, run)[1] ** 2, axis=1))
 
 
 def _kinetic(parts: Parts, run: _Recorded) -> Array:
@@ -351,12 +370,15 @@ def _from_skis(parts: Parts, run: _Recorded) -> tuple[Array, Array]:
     """Return what the skis do to the feet about the feet's places, (n, 2, 3) N and N m in the slope frame.
 
     The clamps' forces act on the clamped node (foot's frame) and on three of its quaternion's components; where skis
-    give against their feet, what lifts and turns them comes from the snow's law instead.
+    give against their feet, what lifts and turns them comes from the snow's law or the leg's spring instead.
     """
     clamps, twisted = run.clamps.copy(), np.zeros_like(run.foot)
     if parts.is_carved:
         clamps[..., 2] = run.feet[..., carved_forces_kernel.LIFTED]
         twisted = run.feet[..., carved_forces_kernel.TURNED : carved_forces_kernel.TURNED + 3]
+    elif parts.model.legs.give:
+        legs, (rise, rising) = parts.model.legs, _rise(parts, run)
+        clamps[..., 2] = -(legs.stiffness * rise + legs.damping * rising)
     middle = run.nodes[:, :, parts.mesh.clamped]
     frame = run.posture.foot_rotation
     general = np.concatenate([np.zeros_like(clamps[..., :1]), clamps[..., 3:]], axis=-1)

@@ -9,6 +9,7 @@ import exudyn as exu
 import numpy as np
 from exudyn.itemInterface import (
     CoordinateConstraint,
+    CoordinateSpringDamper,
     MarkerNodeCoordinate,
     NodePointGround,
 )
@@ -17,6 +18,7 @@ from sssi_exudyn.bodies.ski.beam import add_ski_beam
 from sssi_exudyn.bodies.skier.skeleton import CarriedMass, Skeleton, add_carried_mass, add_skeleton
 from sssi_exudyn.core.choices import Backend
 from sssi_exudyn.core.frames import Array, gravity_in_slope
+from sssi_exudyn.model.legs import Legs
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.full.carved_forces_kernel import GIVING
 from sssi_exudyn.simulation.full.forces import CarvedForces, CoupledMass, Forces, add_forces
@@ -39,6 +41,8 @@ HELD: Final = (0, 1, 2, 4, 5, 6)
 """Coordinates of the node at the boot that are clamped."""
 _HELD_NAMES: Final = ("x", "y", "z", "roll", "pitch", "yaw")
 FREE: Final = -1
+_RISE: Final = (2,)
+"""Coordinates of that node which legs that give leave to a spring."""
 
 
 @dataclass
@@ -46,7 +50,7 @@ class System:
     """An assembled Exudyn system, with the posture of the step that is being solved.
 
     clamps : (2, 6) item numbers of the constraints that hold each ski's node at the boot centre: three places, three
-        quaternion components; FREE where a ski that cuts the snow gives against its foot
+        quaternion components; FREE where a ski gives against its foot
     object : item number of the object through which the forces act
     ref : (n,) reference coordinates
     """
@@ -125,9 +129,11 @@ def build(
         still = np.zeros(3)
         ski = add_ski_beam(mbs, parts.mesh, frame, still, still, damped=False, name=f"{side}_ski")
         middle = ski.nodes[parts.mesh.clamped]
-        giving = GIVING if parts.is_carved else ()
+        giving = GIVING if parts.is_carved else _RISE if parts.model.legs.give else ()
         names = {c: f"{side}_binding_{word}" for c, word in zip(HELD, _HELD_NAMES, strict=True)}
         clamps.append(tuple(FREE if c in giving else _fix(mbs, ground, (middle, c), 0.0, names[c]) for c in HELD))
+        if parts.model.legs.give:
+            _spring(mbs, ground, (middle, _RISE[0]), parts.model.legs, f"{side}_leg")
         nodes += ski.nodes
     if standing:
         for coordinate, axis in enumerate("fl"):
@@ -151,6 +157,15 @@ def build(
         system.forces.evaluate(still, still, now)
         system.forces.accept()
     return system
+
+
+def _spring(mbs: Any, ground: int, held: tuple[int, int], legs: Legs, name: str) -> None:
+    """Hold one coordinate of a node by the leg's spring and damper; ``held`` is the node and the coordinate."""
+    marker = mbs.AddMarker(MarkerNodeCoordinate(name=name, nodeNumber=held[0], coordinate=held[1]))
+    spring = CoordinateSpringDamper(
+        name=name, markerNumbers=[ground, marker], stiffness=legs.stiffness, damping=legs.damping
+    )
+    mbs.AddObject(spring)
 
 
 def _fix(mbs: Any, ground: int, held: tuple[int, int], value: float, name: str) -> int:

@@ -40,6 +40,7 @@ class Direction:
     start : where it stands among the antenna's place and velocity at the start (f, l, f, l), −1 for none of them
     surface : (nf + 2, nl + 2) m, change of the snow surface's coefficients; None where it does not change
     tables : the posture's tables with the number's complex step; None where they do not change
+    leg : stiffness (1/s²) and damping (1/s) of the rise under legs that give
     first : instant of the run at which ``tables`` begin, 0 without them; outside them nothing changes
     """
 
@@ -48,6 +49,7 @@ class Direction:
     start: int = -1
     surface: Array | None = None
     tables: Prepared | None = None
+    leg: tuple[float, float] = (0.0, 0.0)
     first: int = 0
 
     @property
@@ -116,9 +118,10 @@ def tangent_inputs(
     moved = [(k, d.surface) for k, d in enumerate(ordered) if d.surface is not None]
     grids = np.stack([grid for _, grid in moved]) if moved else np.zeros((0, 2, 2))
     shaping = np.array([k for k, _ in moved], dtype=np.int64)
+    leg = np.array([direction.leg for direction in ordered]).reshape(many, 2).T.copy()
     return TangentInputs(
         np.zeros(many, dtype=np.int64), listed, by_parameter,
-        grids, shaping, mass, gravity, np.zeros((3, many)), np.zeros((3, many)),
+        grids, shaping, mass, gravity, leg, np.zeros((3, many)), np.zeros((3, many)),
         np.zeros((2 * modes, many)), feet, inertia, body,
     )  # fmt: skip
 

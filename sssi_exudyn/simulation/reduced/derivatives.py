@@ -25,9 +25,11 @@ from sssi_exudyn.contact.codegen.compiled import (
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.contact.term import Term, WindTerm
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, cross
 from sssi_exudyn.core.number_ref import HEADING_OFFSET, START_F, START_L, VELOCITY_F, VELOCITY_L, NumberRef, number_ref
 from sssi_exudyn.model.faults import CaptureSensor
+from sssi_exudyn.model.legs import Legs
 from sssi_exudyn.model.model import Model, mode_index
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.runtime.threads import cores_used, side_by_side
@@ -238,6 +240,8 @@ def _of_number(model: Model, prepared: Prepared, name: NumberRef) -> Direction:
         return Direction(surface=part.mode_coefficients[mode_index(key)])
     if isinstance(part, Term):
         return Direction(parameter=parameter_index(model.terms, part, key))
+    if isinstance(part, Legs):
+        return Direction(leg=_of_legs(model, prepared, name))
     if name in _START:
         return Direction(start=_START[name])
     if _turns_capture(model, name):
@@ -245,9 +249,20 @@ def _of_number(model: Model, prepared: Prepared, name: NumberRef) -> Direction:
     return Direction()
 
 
+def _of_legs(model: Model, prepared: Prepared, name: NumberRef) -> tuple[float, float]:
+    """Return how stiffness and damping of the rise change with a number of legs that give.
+
+    Raises InputError where they do not: the stiffness of a leg that holds has no derivative.
+    """
+    if not model.legs.give:
+        raise InputError("model", name, "legs that do not give have no derivative", "give legs.compliance above 0")
+    stiffness, damping = (slope_of(rate) for rate in prepared.leg_rates(complex_model(model, name).legs))
+    return float(stiffness), float(damping)
+
+
 def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[ReducedRun, dict[str, Array]]:
     """Return the run, and of each of its fields the derivatives in those directions."""
-    kernel, contact = reduced_module(), at.kernel_contact(model.surface)
+    kernel, contact = reduced_module(), at.kernel_contact(model)
     parameters = law_parameters(model.terms)
     start = start_of_run(model, at, kernel, parameters, contact)
     order = sorted(range(len(directions)), key=lambda i: (rank(directions[i].tables), -directions[i].first))
@@ -340,6 +355,7 @@ def _rest_tangents(
         matrix[rows, rows] = np.diag(contact.omega**2) - linear[modal, MODES : MODES + modes]
         right[0] -= linear[2] @ z[ski]
         right[rows] = linear[modal] @ z[ski]
+        right[rows.stop - 1] -= inputs.leg[0] * rest.eta[ski, -1]
     solution: Array = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
     loads = np.zeros((2, many))
     for ski in range(2):

@@ -5,6 +5,7 @@ Place and load that it begins with follow from these.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields, replace
 from typing import Any, Final
 
@@ -16,6 +17,7 @@ from sssi_exudyn.contact.term import FootState
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, cross, gravity_in_slope, up_in_slope
 from sssi_exudyn.model.faults import antenna_shift
+from sssi_exudyn.model.legs import Legs
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion, antenna_carrier, antenna_offset
@@ -35,7 +37,6 @@ from sssi_exudyn.simulation.ski_on_snow.structs import (
     PrescribedMotion,
     ReducedSeries,
 )
-from sssi_exudyn.terrain.surface import Surface
 
 MODES: Final = 12
 """Vibrations of each ski that are kept: up to 130 Hz for a slalom ski."""
@@ -142,18 +143,42 @@ class Prepared:
         """(3,) m/s²"""
         return gravity_in_slope(self.inclination)
 
-    def kernel_contact(self, surface: Surface | None) -> ModalContact:
-        """Return the skis on the snow as the kernel takes them."""
+    def kernel_contact(self, model: Model) -> ModalContact:
+        """Return the skis on the snow, under the legs of a model, as the kernel takes them."""
+        ski, legs = self.ski, model.legs
+        shapes, omega, ratio, participation = (
+            ski.contact_shape, 2.0 * np.pi * ski.frequency, ski.damping_ratio, ski.participation
+        )  # fmt: skip
+        rise, mixed = 0.0, np.zeros(0)
+        if legs.give:
+            rise, mixed = self.rise, self.rise * ski.participation[:, 2]
+            stiffness, damping = self.leg_rates(legs)
+            shapes = np.concatenate([shapes, np.zeros_like(shapes[:1])])
+            shapes[-1, ..., 2] = rise
+            omega = np.append(omega, np.sqrt(stiffness))
+            ratio = np.append(ratio, 0.5 * damping / np.sqrt(stiffness))
+            participation = np.vstack([participation, rise * ski.rigid[2]])
         return ModalContact(
-            shape=np.ascontiguousarray(np.moveaxis(self.ski.contact_shape, 0, 3)),
+            shape=np.ascontiguousarray(np.moveaxis(shapes, 0, 3)),
             points=self.points,
             length=self.length,
-            omega=2.0 * np.pi * self.ski.frequency,
-            ratio=self.ski.damping_ratio,
-            coupling=np.ascontiguousarray(self.ski.participation[:, :3]),
-            spinning=np.ascontiguousarray(self.ski.participation[:, 3:]),
-            surface=snow_grid(surface),
+            omega=omega,
+            ratio=ratio,
+            coupling=np.ascontiguousarray(participation[:, :3]),
+            spinning=np.ascontiguousarray(participation[:, 3:]),
+            rise=rise,
+            mixed=mixed,
+            surface=snow_grid(model.surface),
         )
+
+    @property
+    def rise(self) -> float:
+        """m by which a ski and its boot rise a unit of their mode, which has a mass of 1 kg."""
+        return 1.0 / math.sqrt(self.ski.rigid[2, 2])
+
+    def leg_rates(self, legs: Legs) -> tuple[Any, Any]:
+        """Return stiffness (1/s²) and damping (1/s) of the rise of a ski under legs that give."""
+        return legs.stiffness * self.rise**2, legs.damping * self.rise**2
 
     def kernel_motion(self) -> PrescribedMotion:
         """Return the posture as the kernel takes it."""

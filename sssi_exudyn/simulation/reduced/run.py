@@ -19,6 +19,7 @@ from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.heading import check_heading
+from sssi_exudyn.model.legs import check_legs
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.simulation.reduced import air_tangents, newmark, ski_tangents, steps_kernel, tangents_kernel
 from sssi_exudyn.simulation.reduced.carved_run import simulate_carved
@@ -104,13 +105,14 @@ def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
     """Simulate a run, on snow that edges cut where the model has such.
 
     Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way, InputError for a
-    heading that is to be found on other snow.
+    heading that is to be found on other snow, and for legs that give on such.
     """
     check_heading(model.heading, model.terms)
+    check_legs(model.legs, model.terms)
     if is_carved(model.terms):
         return simulate_carved(model, prepared).run
     at = prepared.correct_capture(model)
-    kernel, contact = reduced_module(), at.kernel_contact(model.surface)
+    kernel, contact = reduced_module(), at.kernel_contact(model)
     parameters = law_parameters(model.terms)
     start = start_of_run(model, at, kernel, parameters, contact)
     one = parameters._replace(values=parameters.values[None])

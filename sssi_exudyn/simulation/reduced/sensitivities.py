@@ -110,7 +110,7 @@ def simulate_each(
     cores: int | None = None,
 ) -> list[Array]:
     """Return what is ``observed`` of a run of each model.  One compiled call a core runs all that have the same laws,
-    snow surface and capture, whose tables they share.
+    snow surface, legs and capture, whose tables they share.
 
     cores : that are used at most; all if None
 
@@ -118,7 +118,7 @@ def simulate_each(
     """
     groups: dict[object, list[int]] = {}
     for i, model in enumerate(models):
-        groups.setdefault((_laws(model), _capture(model, prepared), id(model.surface)), []).append(i)
+        groups.setdefault((_laws(model), _capture(model, prepared), id(model.surface), model.legs), []).append(i)
     cores = cores_used(cores)
     parts = [(group[0], group[k::cores]) for group in groups.values() for k in range(min(cores, len(group)))]
     tables = {group[0]: prepared.correct_capture(models[group[0]]) for group in groups.values()}
@@ -143,7 +143,7 @@ def _capture(model: Model, prepared: Prepared) -> object:
 
 def _runs(models: Sequence[Model], at: Prepared) -> list[ReducedRun]:
     """Run models with the same laws and surface on the same tables, in one compiled call."""
-    kernel, contact = reduced_module(), at.kernel_contact(models[0].surface)
+    kernel, contact = reduced_module(), at.kernel_contact(models[0])
     every = [law_parameters(model.terms) for model in models]
     starts = [start_of_run(model, at, kernel, own, contact) for model, own in zip(models, every, strict=True)]
     parameters = every[0]._replace(values=np.stack([own.values for own in every]))

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
-from sssi_exudyn.contact.codegen.vectors import dot, out_of, plus, three_of, times
+from sssi_exudyn.contact.codegen.vectors import cross, dot, out_of, plus, three_of, times
 from sssi_exudyn.runtime.jit import inlined, njit
 from sssi_exudyn.simulation.ski_on_snow.structs import SkiWork
 from sssi_exudyn.terrain.surface import PATCH, on_change, patch_changes, patch_under
@@ -33,6 +33,7 @@ point_linearisation: Callable[..., None]
 point_velocity: Callable[..., tuple[float, float, float]]
 point_wrench: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float]]]
 point_wrench_derivatives: Callable[..., Any]
+risen_boot: Callable[..., Any]
 sinking_rate: Callable[..., float]
 ski_axes: Callable[..., Any]
 snow_normal: Callable[..., tuple[float, float, float]]
@@ -100,9 +101,15 @@ def linearise_ski(parameters, contact, columns, t, foot, eta, rate, side, work, 
         add_laws(matrix, work, parameters, columns, count)
     if patched or columns.terrain.shape[0] > 0:
         add_ground(matrix, work, parameters, columns, at, patched, count)
-    linearise_foot(parameters, columns, t, foot, (load, groove, side), under, work, matrix)
+    arm, velocity = risen_boot(contact, foot, eta, rate)
+    boot = at, velocity, foot[2], foot[3]
+    friction = linearise_foot(parameters, columns, t, boot, (load, groove, side), under, work, matrix)
+    if contact.rise != 0.0:
+        slide_boot(contact, foot, arm, rate, work, matrix)
     if patched:
         move_patch(matrix, work, contact.surface, at)
+    if contact.rise != 0.0:
+        push_boot(contact, foot, arm, friction, matrix)
 
 
 @inlined
@@ -309,9 +316,10 @@ def add_ground_change(matrix, column, change, pulls):
 
 @inlined
 def linearise_foot(parameters, columns, t, foot, carried, under, work, matrix):
-    """Fill the rows of friction, edge angle and the sole, from those of load and groove.
+    """Fill the rows of friction, edge angle and the sole, from those of load and groove; return the friction (N).
 
-    carried : load (N), groove (m²) and the side;  under : the patch under the foot
+    foot : with the velocity of the boot;  carried : load (N), groove (m²) and the side
+    under : the patch under the foot
     """
     at, velocity, frame, _spin = foot
     load, groove, side = carried
@@ -352,6 +360,51 @@ def linearise_foot(parameters, columns, t, foot, carried, under, work, matrix):
             matrix[first + row, fixed + column] += (
                 slope[BY_SLOPE] * by_parameter[1, p] + slope[BY_SLOPE + 1] * by_parameter[2, p]
             )
+    return plus(times(forces[0], along), times(forces[1], across))
+
+
+@inlined
+def slide_boot(contact, foot, arm, rate, work, matrix):
+    """Add to the foot's rows what the velocity of a boot that rises, v + ω × u h + u ḣ, has beyond the foot's own."""
+    _, _, frame, spin = foot
+    modes, rise = rate.shape[0], contact.rise
+    up = (frame[0, 2], frame[1, 2], frame[2, 2])
+    swing, rising = cross(spin, up), rise * rate[modes - 1]
+    for row in range(5):
+        slope, line = three_of(work.foot, row, 0), matrix[MODAL + modes + FRICTION + row]
+        by_spin = cross(arm, slope)
+        by_turn = plus(cross(arm, cross(slope, spin)), times(rising, cross(up, slope)))
+        for j in range(3):
+            line[SPIN + j] += by_spin[j]
+            line[TURN + j] += by_turn[j]
+        line[MODES + modes - 1] += rise * dot(slope, swing)
+        line[MODES + 2 * modes - 1] += rise * dot(slope, up)
+
+
+@inlined
+def push_boot(contact, foot, arm, friction, matrix):
+    """Add what the ``friction`` (N) on a boot that rises does to its mode, and its moment about the foot."""
+    frame, rise = foot[2], contact.rise
+    modes = contact.omega.shape[0]
+    further, last = MODAL + modes, MODAL + modes - 1
+    up = (frame[0, 2], frame[1, 2], frame[2, 2])
+    for column in range(matrix.shape[1]):
+        change = (
+            matrix[further + FRICTION, column], matrix[further + FRICTION + 1, column],
+            matrix[further + FRICTION + 2, column],
+        )  # fmt: skip
+        turning = cross(arm, change)
+        matrix[last, column] += rise * dot(up, change)
+        for j in range(3):
+            matrix[further + MOMENT + j, column] += turning[j]
+    by_turn, by_rise = cross(up, friction), cross(up, friction)
+    for j in range(3):
+        matrix[last, TURN + j] += rise * by_turn[j]
+        matrix[further + MOMENT + j, MODES + modes - 1] += rise * by_rise[j]
+        unit = (1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2))
+        moved = cross(cross(unit, arm), friction)
+        for i in range(3):
+            matrix[further + MOMENT + i, TURN + j] += moved[i]
 
 
 @inlined

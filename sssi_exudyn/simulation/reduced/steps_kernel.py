@@ -6,6 +6,10 @@ ski's contact points at X + Σ φ η in the frame of its foot, and p the modes' 
     M ẍ + Σ R p η̈ = snow + friction + air + body + M g − (masses times the posture's own accelerations)
     η̈ + 2ζω η̇ + ω² η + pᵀ Rᵀ ẍ = Σ φ·F − pᵀ (what the foot's prescribed motion and gravity make the ski feel)
 
+Where the leg gives, the last mode is the rise h = r η of the ski as one with its boot, along the foot's up axis u.  The
+boot's friction f acts where it is then: it slides by v + ω × u h + u ḣ and pushes the mode by r u·f.  The other modes
+are those of a ski held at the boot, so their masses are coupled with the rise (``ModalContact.mixed``).
+
 Steps are Newmark's average acceleration, solved by Newton's method with the derivatives that the laws give.
 """
 
@@ -16,7 +20,7 @@ from collections.abc import Callable
 import numpy as np
 
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
-from sssi_exudyn.contact.codegen.vectors import dot, indices, into, out_of, plus, three, three_of
+from sssi_exudyn.contact.codegen.vectors import cross, dot, indices, into, out_of, plus, three, three_of, times
 from sssi_exudyn.runtime.jit import inlined, njit
 from sssi_exudyn.simulation.ski_on_snow.structs import InitialState, NewtonWork, ReducedSeries, ReducedState, TimeStep
 from sssi_exudyn.terrain.surface import on_patch, patch_under
@@ -316,12 +320,32 @@ def swing_modes(contact, motion, n, ski, step, work):
             residual[c] += outwards[c] * trial[i]
             matrix[c, i] += outwards[c]
             matrix[i, c] += outwards[c]
+    last = 3 + ski * modes + modes - 1
+    for k in range(contact.mixed.shape[0]):
+        i, share = 3 + ski * modes + k, contact.mixed[k]
+        residual[i] += share * trial[last]
+        residual[last] += share * trial[i]
+        matrix[i, last] += share
+        matrix[last, i] += share
+
+
+@njit(cache=True, error_model="numpy")
+def risen_boot(contact, foot, eta, rate):
+    """Return the arm (m) from a captured foot to its boot, which the leg lets rise, and the boot's velocity (m/s)."""
+    _, velocity, frame, spin = foot
+    if contact.rise == 0.0:
+        return (0.0, 0.0, 0.0), velocity
+    last = eta.shape[0] - 1
+    up = (frame[0, 2], frame[1, 2], frame[2, 2])
+    arm = times(contact.rise * eta[last], up)
+    return arm, point_velocity(velocity, spin, arm, times(contact.rise * rate[last], up))
 
 
 @inlined
 def add_friction(parameters, contact, foot, t, ski, groove, step, n, series, work):
     """Add the friction on a foot whose load the series has; the series gets it, the edge angle and the sole's force."""
-    at, velocity, frame, _spin = foot
+    at, _, frame, _ = foot
+    arm, velocity = risen_boot(contact, foot, work.eta[ski], work.rate[ski])
     _, normal = ground(parameters, patch_under(contact.surface, at[0], at[1]), at[0], at[1])
     along, across, edge = ski_axes(normal, frame)
     load = series.loads[n, ski]
@@ -339,6 +363,30 @@ def add_friction(parameters, contact, foot, t, ski, groove, step, n, series, wor
                 along[c] * (law[3] * along[d] + law[4] * across[d])
                 + across[c] * (law[6] * along[d] + law[7] * across[d])
             )
+    if contact.rise != 0.0:
+        rub_boot(contact, (frame, arm), friction, (along, across, law), step, (n, ski), series, work)
+
+
+@njit(cache=True, error_model="numpy")
+def rub_boot(contact, boot, friction, sliding, step, at, series, work):
+    """Add what the friction (N) on a boot that rises does to its mode, and its moment about the foot.
+
+    boot : the foot's frame and the boot's arm;  sliding : axes along and across, and the law's derivatives
+    at : instant and ski
+    """
+    (frame, arm), (along, across, law), (n, ski) = boot, sliding, at
+    last = 3 + (ski + 1) * contact.omega.shape[0] - 1
+    up, rise = (frame[0, 2], frame[1, 2], frame[2, 2]), contact.rise
+    turning = cross(arm, friction)
+    work.residual[last] -= rise * dot(up, friction)
+    up_along, up_across = dot(up, along), dot(up, across)
+    into_along, into_across = law[3] * up_along + law[6] * up_across, law[4] * up_along + law[7] * up_across
+    from_along, from_across = law[3] * up_along + law[4] * up_across, law[6] * up_along + law[7] * up_across
+    for c in range(3):
+        series.moment[n, ski, c] += turning[c]
+        work.matrix[last, c] -= step.by_rate * rise * (into_along * along[c] + into_across * across[c])
+        work.matrix[c, last] -= step.by_rate * rise * (from_along * along[c] + from_across * across[c])
+    work.matrix[last, last] -= step.by_rate * rise * rise * (into_along * up_along + into_across * up_across)
 
 
 @inlined

@@ -237,6 +237,14 @@ def swing_tangents(contact, motion, inputs, state, n, ski, step, begun, tangent)
                     turn[c] * feet[6 + c, k] + contact.coupling[j, c] * feet[12 + c, k]
                     + contact.spinning[j, c] * feet[15 + c, k]
                 )  # fmt: skip
+    if contact.rise != 0.0:
+        last = 3 + ski * modes + modes - 1
+        for j in range(modes - 1):
+            matrix[3 + ski * modes + j, last] += contact.mixed[j]
+            matrix[last, 3 + ski * modes + j] += contact.mixed[j]
+        risen, rising = state.eta[ski, modes - 1], state.rate[ski, modes - 1]
+        for k in indices(begun, many):
+            right[last, k] -= inputs.leg[0, k] * risen + inputs.leg[1, k] * rising
     for c in range(3):
         d, e = (c + 1) % 3, (c + 2) % 3
         for k in indices(begun, with_tables):

@@ -33,6 +33,8 @@ class Sections(NamedTuple):
     damping : (n, 3) structural damping of each element against relative spin about its own axes, N m s
     node_mass, node_moment : (n + 1,) kg and (n + 1, 3) kg m² of each node, about the foot's axes
     surface : ``SnowGrid`` that the sections touch
+    rising : index of the node at the boot where it rises against the captured foot, −1 where it is held there;
+        friction acts on that node, or else on the foot
     """
 
     element: Any
@@ -43,6 +45,7 @@ class Sections(NamedTuple):
     node_mass: Array
     node_moment: Array
     surface: SnowGrid
+    rising: int
 
 
 class CuttingEdges(NamedTuple):
@@ -155,10 +158,14 @@ class Triplets(NamedTuple):
 class ModalContact(NamedTuple):
     """A ski of the reduced model, the same for both: its vibrations, held at the foot, and its contact points.
 
+    Where the leg gives, the last of the k modes is the ski's rise as one with its boot against the captured foot.
+
     shape : (m, 2, 3, k) displacement of the points by edge (left, right), a unit of the mode, foot's frame
     points : (m, 2, 3) m, unloaded, in the foot's frame;  length : (m,) m of edge
     omega : (k,) rad/s;  ratio : (k,) share of critical damping
     coupling, spinning : (k, 3) the modes' participation in the held node's acceleration (kg) and turning (kg m)
+    rise : m by which the boot rises a unit of the last mode; 0 where the leg does not give
+    mixed : (k − 1,) kg, mass coupling of the other modes with that rise; empty where the leg does not give
     surface : ``SnowGrid`` that the points touch
     """
 
@@ -169,6 +176,8 @@ class ModalContact(NamedTuple):
     ratio: Array
     coupling: Array
     spinning: Array
+    rise: float
+    mixed: Array
     surface: SnowGrid
 
 
@@ -300,6 +309,7 @@ class TangentInputs(NamedTuple):
     columns : ``ParameterColumns``;  parameters : (c, d) change of each
     surface : (s, nf + 2, nl + 2) m, changes of the snow surface's coefficients;  shaping : (s,) the number of each
     mass : (d,) kg;  gravity : (3, d) m/s²
+    leg : (2, d) of the stiffness (1/s²) and damping (1/s) of the last mode, where the legs give
     place, velocity : (3, d) of the pelvis at the start;  eta : (2k, d) of the modes' amplitudes
     feet : (t, 2, 18, f) place, velocity, turn (rotation vector), spin, ski_acceleration and ski_turning, 3 rows each
     inertia : (t, 3, f) of the posture's ``carried``
@@ -313,6 +323,7 @@ class TangentInputs(NamedTuple):
     shaping: Any
     mass: Array
     gravity: Array
+    leg: Array
     place: Array
     velocity: Array
     eta: Array

@@ -73,6 +73,13 @@ def test_every_back_end_is_the_reference(parts: Parts, backend: Backend, above: 
     hold_to_reference(parts, REGISTERED, backend, above)
 
 
+@pytest.mark.parametrize("backend", [backend for backend in BACKENDS if backend != "python"])
+@pytest.mark.long
+def test_every_back_end_lets_legs_give(parts: Parts, backend: Backend) -> None:
+    soft = Parts(parts.model.with_values({"legs.compliance": 4e-5}), parts.motion)
+    hold_to_reference(soft, PUBLISHED, backend, ABOVE["on the snow"])
+
+
 @pytest.mark.parametrize("above", ABOVE.values(), ids=ABOVE)
 @pytest.mark.parametrize("backend", [backend for backend in BACKENDS if backend != "python"])
 @pytest.mark.long

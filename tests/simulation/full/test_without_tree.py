@@ -13,11 +13,14 @@ from sssi_exudyn.simulation.full.run import antenna_path, simulate
 from sssi_exudyn.simulation.result import SimulationResult
 
 
-@pytest.fixture(scope="module", params=["beginner", "intermediate"])
+@pytest.fixture(scope="module", params=[("beginner", 0.0), ("intermediate", 0.0), ("intermediate", 4e-5)], ids=str)
 def both(request: pytest.FixtureRequest) -> tuple[SimulationResult, SimulationResult]:
-    """1 s with the tree and without, with a force on every place: a gust, a pole, snow, friction and air."""
-    recording, motion = bundled(request.param)
-    model = model_of(recording, motion)
+    """1 s with the tree and without, with a force on every place: a gust, a pole, snow, friction and air; on legs of a
+    compliance (m/N).
+    """
+    name, compliance = request.param
+    recording, motion = bundled(name)
+    model = model_of(recording, motion).with_values({"legs.compliance": compliance})
     middle = motion.start + 0.5
     gust = Gust(w_f=-4.0, w_l=5.0, t0=middle, t1=middle + 0.4)
     pushes = PolePlant(forward=-20.0, up=15.0, t=middle), gust

@@ -176,6 +176,29 @@ def test_by_errors_of_the_feet_that_stay_or_wander(kind: str) -> None:
         assert_equal_slopes(stacked_slopes(slopes, i), expected, f"{kind} {i}")
 
 
+@pytest.mark.long
+def test_under_legs_that_give() -> None:
+    model, prepared = everything()
+    model = model.with_values({"legs.compliance": 4e-5, "legs.damping_ratio": 0.5})
+    names = [
+        "legs.compliance", "legs.damping_ratio", "friction.mu_t", "friction.mu_n", "friction.eps", "penetration.k",
+        "penetration.c", "snow_patch.delta_mu_t", "edge_dependent_friction.b", "slope_change.delta", "start.velocity_f",
+    ]  # fmt: skip
+    error = CaptureError("roll", 1, (1.2, 0.8))
+    change = TableChange(lambda tables, size: with_error(tables, error, size))
+    slopes = run_tangents(model, prepared, names, [change])[1]
+    steps = {"legs.compliance": 1e-7, "roll": 6e-6}  # of 4e-5 m/N
+
+    def run_at(name: str, x: float) -> Array:
+        if name == "roll":
+            return stacked(simulate_reduced(model, change.apply(prepared, x)))
+        return stacked(simulate_reduced(model.with_values({name: model.value(name) + x}), prepared))
+
+    for i, name in enumerate([*names, "roll"]):
+        step = steps[name] if name in steps else step_of(model, name)
+        assert_equal_slopes(stacked_slopes(slopes, i), richardson(partial(run_at, name), step), name)
+
+
 def test_by_the_skiers_mass() -> None:
     model, motion = example()
     stop = motion.start + SECONDS
