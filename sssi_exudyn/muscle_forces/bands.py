@@ -17,6 +17,7 @@ from sssi_exudyn.bodies.muscles.muscles import SkierMuscles
 from sssi_exudyn.bodies.skier.chain import Geometry
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import NORMAL_90
 from sssi_exudyn.model.faults import CaptureSensor
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import spline_motion
@@ -31,8 +32,6 @@ EVERY: Final = 0.05
 """s between the instants of a draw's muscles"""
 _STEP: Final = 0.01
 """s; step of the reduced model."""
-SPREAD: Final = 1.645
-"""Standard deviations in a band's half width."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,7 @@ def errors_of(skier: SkierMuscles, nominal: Nominal, draws: Sequence[Draw], powe
 def half_widths(errors: Errors, of: Callable[[MuscleForces], Array], time: Array) -> Array:
     """Return half widths (n, c) of the bands at ``time`` (n,) s of c quantities ``of`` the muscles' forces, (k, c)."""
     nominal = of(errors.nominal)
-    spread = SPREAD * np.sqrt(np.mean([(of(forces) - nominal) ** 2 for forces in errors.drawn], axis=0))
+    spread = NORMAL_90 * np.sqrt(np.mean([(of(forces) - nominal) ** 2 for forces in errors.drawn], axis=0))
     return np.stack([np.interp(time, errors.time, column) for column in spread.T], axis=1)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from sssi_exudyn.analysis.turns import find_turns
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import NORMAL_90
 from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.what_if.intent import PATH_SIGMA, PLACE, SPEED, STRICT_PATH_SIGMA
 from sssi_exudyn.what_if.limits import (
@@ -27,9 +28,6 @@ from sssi_exudyn.what_if.limits import (
 )
 from sssi_exudyn.what_if.question import Played, Question, figures_tangents
 from sssi_exudyn.what_if.solve import Solution
-
-_IN_90: Final = 1.645
-"""Standard deviations on either side of the mean that hold 90 % of a normal distribution."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +133,7 @@ def answer_of(
     names, covariance = fitted
     slopes = seconds_per_number(solution, names, frozenset(changes))
     by_number = np.array([slopes[name] for name in names])
-    spread = _IN_90 * float(np.sqrt(by_number @ covariance @ by_number))
+    spread = NORMAL_90 * float(np.sqrt(by_number @ covariance @ by_number))
     corrections, joints = departures(solution)
     reasons = reasons_of(solution)
     last = last_passed(lost)

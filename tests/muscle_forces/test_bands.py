@@ -13,9 +13,10 @@ from sssi_exudyn.bodies.muscles.muscles import skier_muscles
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import NORMAL_90
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import spline_motion
-from sssi_exudyn.muscle_forces.bands import EVERY, SPREAD, Errors, Nominal, errors_of, half_widths
+from sssi_exudyn.muscle_forces.bands import EVERY, Errors, Nominal, errors_of, half_widths
 from sssi_exudyn.muscle_forces.forces import JOINTS, MUSCLED, MuscleForces
 from sssi_exudyn.muscle_forces.loads import Movement, joint_forces, joint_moments
 from sssi_exudyn.results.draws import Draw, draws_of
@@ -78,7 +79,7 @@ def test_what_a_heavier_skier_asks_of_his_knees_is_by_hand(heavier: Errors) -> N
         for run in (standing.standing(drawn(4.0).model), standing.standing(model()))
     ]
     # the tibia slides while the knee bends: a tenth of the moment; and the skis have not quite settled
-    assert half_width == pytest.approx(SPREAD * abs(float(moments[0] - moments[1])), rel=0.25)
+    assert half_width == pytest.approx(NORMAL_90 * abs(float(moments[0] - moments[1])), rel=0.25)
 
 
 @pytest.mark.long
