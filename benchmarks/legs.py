@@ -20,6 +20,7 @@ from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import NORMAL_90
 from sssi_exudyn.core.number_ref import COMPLIANCE, DAMPING, EPS, MU_N, MU_T, STIFFNESS
 from sssi_exudyn.fitting.estimate import estimate
 from sssi_exudyn.fitting.first_fit import problem_of
@@ -29,7 +30,6 @@ from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.muscle_forces.bands import SPREAD
 from sssi_exudyn.muscle_forces.loads import joint_moments, movement_of
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
@@ -117,7 +117,7 @@ def judge(seed: int, compliance: float, *, held: bool) -> dict[str, object]:
     errors = [{name: drawn[name] - nominal[name] for name in nominal} for drawn in _complete(posterior, loads)]
     bands: dict[str, object] = {}
     for name, estimated in nominal.items():
-        half = SPREAD * np.sqrt(np.mean([error[name] ** 2 for error in errors], axis=0))
+        half = NORMAL_90 * np.sqrt(np.mean([error[name] ** 2 for error in errors], axis=0))
         off = estimated - truth[name]
         bands[name] = {
             "inside": float(np.mean(np.abs(off) <= half)),
