@@ -32,7 +32,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.full.run import simulate
-from sssi_exudyn.simulation.reduced.derivatives import run_tangents
+from sssi_exudyn.simulation.reduced.derivatives import TableChange, run_tangents
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import simulate_each
@@ -59,7 +59,7 @@ def least(work: Callable[[], Any], repeats: int, clock: Callable[[], float]) -> 
     return min(walls)
 
 
-def changes_of(prepared: Prepared, count: int) -> list[Callable[[Prepared, complex], Prepared]]:
+def changes_of(prepared: Prepared, count: int) -> list[TableChange]:
     """Return so many errors of the feet that vary."""
     span = float(prepared.time[-1] - prepared.time[0])
     errors = [
@@ -68,7 +68,8 @@ def changes_of(prepared: Prepared, count: int) -> list[Callable[[Prepared, compl
         for kind in ("yaw", "roll", "pitch", "height")
         for side in range(2)
     ]
-    return [partial(lambda error, tables, size: with_error(tables, error, size), error) for error in errors[:count]]
+    changes = [partial(lambda error, tables, size: with_error(tables, error, size), error) for error in errors]
+    return [TableChange(change) for change in changes[:count]]
 
 
 def derivatives(model: Model, prepared: Prepared) -> dict[str, float]:
