@@ -28,7 +28,7 @@ from sssi_exudyn.validation.diagnosis.worlds.catalogue import NOT_IN_THE_LIST, T
 from sssi_exudyn.validation.diagnosis.worlds.geometry import geometry_of
 from sssi_exudyn.validation.diagnosis.worlds.judge import judge, train
 
-_LEAST: Final = 1e-3
+LEAST: Final = 1e-3
 """Probability of what hardly any simulated run is like: some thousands of them exclude no more."""
 
 
@@ -68,7 +68,7 @@ def weigh_by_both(latest: Round, judgement: Judgement) -> Round:
         shares = fits
     else:
         by_worlds = _by_explanation(latest, judgement)
-        pooled = {name: np.sqrt(fits[name] * max(by_worlds[name], _LEAST)) for name in fits}
+        pooled = {name: np.sqrt(fits[name] * max(by_worlds[name], LEAST)) for name in fits}
         total = sum(pooled.values())
         shares = {name: float(share / total) for name, share in pooled.items()}
     weighed: list[Explanation] = [
