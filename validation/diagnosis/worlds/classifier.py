@@ -21,8 +21,8 @@ from sssi_exudyn.core.frames import Array
 
 _STRENGTH: Final = 0.1
 """Inverse of the penalty on the weights' squares."""
-_ROUNDS: Final = 400
-"""Of the optimiser at most; with this penalty 160 to 380 were needed."""
+_ROUNDS: Final = 2000
+"""Of the optimiser at most; with this penalty 160 to 600 were needed."""
 _KEPT: Final = 5
 """One world in so many has no part in its kind's middle: by these it is known how far from it worlds are."""
 

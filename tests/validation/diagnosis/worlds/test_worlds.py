@@ -287,12 +287,12 @@ def test_a_law_counts_only_as_far_as_it_is_possible(geometry: Geometry) -> None:
     low, high = geometry.limits["drag_area"][0, 0]
     # the model's bounds, in usual sizes: a drag area from 0.3 to 4 of the assumed one; by halving to 10/256
     np.testing.assert_allclose([low, high], [-0.7 / 0.4, 3.0 / 0.4], atol=10.0 / 256.0)
-    moved = share.columns * share.scales * np.array([[-4.0, 4.0]])  # the first is no drag area at all
+    moved = share.columns * share.scales * np.array([[-12.0, 4.0]])  # the first is no drag area at all
     rest = known.remove_from(whiten_columns(geometry.linear, geometry.levels, moved))
     less, more = Features(geometry, known, FEWER).evidence(rest)["drag_area"]
     limits = {name: np.broadcast_to([-np.inf, np.inf], of.shape) for name, of in geometry.limits.items()}
     free = replace(geometry, limits=limits)
     less_free, more_free = Features(free, known, FEWER).evidence(rest)["drag_area"]
-    assert less_free == pytest.approx(more_free)
+    assert less_free > more_free > 0.0
     assert more == pytest.approx(more_free)
     assert less < less_free - 3.0
