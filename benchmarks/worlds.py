@@ -43,7 +43,6 @@ from sssi_exudyn.validation.diagnosis.worlds.classifier import learn
 from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import Wanted, draw_worlds, known_of, observe
 from sssi_exudyn.validation.diagnosis.worlds.features import Features
 from sssi_exudyn.validation.diagnosis.worlds.geometry import geometry_of
-from sssi_exudyn.validation.diagnosis.worlds.weigh import LEAST
 
 EVEN: Final = replace(THRESHOLDS, natural=0.0)
 CLEAR: Final = 8.0
@@ -156,8 +155,7 @@ def _by_both(tempered: tuple[list[str], Array], by_worlds: tuple[list[str], Arra
         of_worlds += share * column[:, None] if name == TWO_AT_ONCE else 0.0
         if name != TWO_AT_ONCE:
             of_worlds[:, names.index(name)] += column
-    pooled = np.sqrt(of_fits * np.maximum(of_worlds, LEAST))
-    return names, pooled / pooled.sum(axis=1, keepdims=True)
+    return names, 0.5 * (of_fits + of_worlds)
 
 
 def answer_of(hidden: str, names: Sequence[str]) -> list[int]:

@@ -1,19 +1,16 @@
 """A round's explanations weighed by the fits and by simulated runs together.
 
 Both have something that the other lacks.  The fits know each rival about its own estimate, with its real term.  The
-simulated runs know by how much a law's form may be wrong, how large causes are and what else may do the same.  They
-see the same measurements, so neither counts whole: the probabilities are the geometric mean of both.
+simulated runs know by how much a law's form may be wrong, how large causes are and what else may do the same.  Which
+of them is right about a recording is not known, so each counts half: a name is sure only where both are.
 
-Source: Genest and Zidek, Statistical Science 1 (1986) 114 (logarithmic opinion pool).
+Source: Clemen and Winkler, Risk Analysis 19 (1999) 187 (linear opinion pool).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final
-
-import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import LinearModel
@@ -27,9 +24,6 @@ from sssi_exudyn.validation.diagnosis.state import Reestimate, State, fitted_run
 from sssi_exudyn.validation.diagnosis.worlds.catalogue import NOT_IN_THE_LIST, TWO_AT_ONCE
 from sssi_exudyn.validation.diagnosis.worlds.geometry import geometry_of
 from sssi_exudyn.validation.diagnosis.worlds.judge import judge, train
-
-LEAST: Final = 1e-3
-"""Probability of what hardly any simulated run is like: some thousands of them exclude no more."""
 
 
 def weigh_nothing(problem: DiagnosisProblem, state: State, latest: Round) -> Round:
@@ -67,10 +61,7 @@ def weigh_by_both(latest: Round, judgement: Judgement) -> Round:
     if judgement.outside < latest.fitted.thresholds.world_outside:
         shares = fits
     else:
-        by_worlds = _by_explanation(latest, judgement)
-        pooled = {name: np.sqrt(fits[name] * max(by_worlds[name], LEAST)) for name in fits}
-        total = sum(pooled.values())
-        shares = {name: float(share / total) for name, share in pooled.items()}
+        shares = {name: 0.5 * (fits[name] + share) for name, share in _by_explanation(latest, judgement).items()}
     weighed: list[Explanation] = [
         replace(one, probability=shares[one.name], by_fits=fits[one.name]) for one in latest.explanations
     ]
@@ -80,7 +71,8 @@ def weigh_by_both(latest: Round, judgement: Judgement) -> Round:
 
 def _by_explanation(latest: Round, judgement: Judgement) -> dict[str, float]:
     """Return the probability of each explanation by simulated runs: what is in no list is shared by the explanations
-    without a cause, and two things at once by the laws, as the fits have them.
+    without a cause, and two things at once by the laws, as the fits have them.  What no fit was tried with is left
+    out.
     """
     said = judgement.probabilities
     causes = [one for one in latest.hypotheses if one.hypothesis.kind != "unexplained"]
@@ -91,7 +83,8 @@ def _by_explanation(latest: Round, judgement: Judgement) -> dict[str, float]:
         for one in group:
             share = one.probability / total if total > 0.0 else 1.0 / len(group)
             by_name[one.name] = said.get(one.name, 0.0) + share * said.get(shared, 0.0)
-    return by_name
+    total = sum(by_name.values())
+    return {name: probability / total for name, probability in by_name.items()}
 
 
 def _judge(

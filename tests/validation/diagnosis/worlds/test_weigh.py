@@ -13,6 +13,7 @@ from explanations import NOWHERE, explained, refitted, round_of
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING
 from sssi_exudyn.validation.diagnosis.judgement import Judgement, SimilarWorld
 from sssi_exudyn.validation.diagnosis.search.explanation import Round
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 from sssi_exudyn.validation.diagnosis.worlds import weigh as weigh_module
 from sssi_exudyn.validation.diagnosis.worlds.catalogue import NOT_IN_THE_LIST, TWO_AT_ONCE
 from sssi_exudyn.validation.diagnosis.worlds.weigh import weigh_by_both, weigh_finding
@@ -37,11 +38,9 @@ def probabilities(searched: Round) -> dict[str, float]:
 def test_both_count_alike() -> None:
     by_worlds = {"gust": 0.1, "snow_patch": 0.6, NOT_IN_THE_LIST: 0.2, NOTHING_MISSING: 0.1}
     weighed = weigh_by_both(a_round(), judged(**by_worlds))
-    means = {"gust": 0.5 * 0.1, "snow_patch": 0.2 * 0.6, NOTHING_MISSING: 0.1 * 0.1}
-    means |= {"unexplained_force": 0.15 * 0.15, "unexplained_drag": 0.05 * 0.05}  # of 0.2, as the fits share it
-    roots = {name: np.sqrt(mean) for name, mean in means.items()}
-    expected = {name: root / sum(roots.values()) for name, root in roots.items()}
-    assert probabilities(weighed) == pytest.approx(expected)
+    means = {"gust": 0.3, "snow_patch": 0.4, NOTHING_MISSING: 0.1}
+    means |= {"unexplained_force": 0.15, "unexplained_drag": 0.05}  # of 0.2, as the fits share it
+    assert probabilities(weighed) == pytest.approx(means)
     assert weighed.best.name == "snow_patch"
     assert {explanation.name: explanation.by_fits for explanation in weighed.explanations} == BY_FITS
     assert weighed.judgement is not None
@@ -50,9 +49,14 @@ def test_both_count_alike() -> None:
 def test_two_at_once_speak_for_each_law_as_one_of_them() -> None:
     by_worlds = {"gust": 0.5, "snow_patch": 0.1, NOT_IN_THE_LIST: 0.01, TWO_AT_ONCE: 0.35, NOTHING_MISSING: 0.04}
     weighed = probabilities(weigh_by_both(a_round(), judged(**by_worlds)))
-    with_second = 0.5 + 0.35 * 0.5 / 0.7, 0.1 + 0.35 * 0.2 / 0.7
-    ratio = np.sqrt((0.5 * with_second[0]) / (0.2 * with_second[1]))
-    assert weighed["gust"] / weighed["snow_patch"] == pytest.approx(ratio)
+    assert weighed["gust"] == pytest.approx(0.5 * (0.5 + 0.5 + 0.35 * 0.5 / 0.7))
+    assert weighed["snow_patch"] == pytest.approx(0.5 * (0.2 + 0.1 + 0.35 * 0.2 / 0.7))
+
+
+def test_a_cause_that_was_not_tried_leaves_its_share_to_the_others() -> None:
+    weighed = probabilities(weigh_by_both(a_round(), judged(gust=0.4, insole_gain=0.6)))
+    assert weighed["gust"] == pytest.approx(0.5 * (0.5 + 1.0))
+    assert sum(weighed.values()) == pytest.approx(1.0)
 
 
 def test_simulated_runs_that_are_all_unlike_say_nothing() -> None:
@@ -61,9 +65,10 @@ def test_simulated_runs_that_are_all_unlike_say_nothing() -> None:
     assert weighed.judgement is not None  # that they are unlike is said
 
 
-def test_what_no_simulated_run_is_like_is_not_impossible() -> None:
-    weighed = probabilities(weigh_by_both(a_round(), judged(snow_patch=1.0)))
-    assert 0.0 < weighed["gust"] < weighed["snow_patch"]
+def test_a_name_is_sure_only_where_both_are() -> None:
+    by_fits = {"gust": 0.999, "snow_patch": 0.001, NOTHING_MISSING: 0.0}
+    searched = round_of(*(explained(name, probability=p, fit=FIT) for name, p in by_fits.items()))
+    assert weigh_by_both(searched, judged(snow_patch=1.0)).best.probability < THRESHOLDS.sure
 
 
 def test_the_best_name_is_one_that_was_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
