@@ -101,7 +101,8 @@ def test_a_wind_s_force_is_lent_to_no_other_law(monkeypatch: pytest.MonkeyPatch,
     monkeypatch.setattr(weigh_module, "geometry_of", geometry_of)
     monkeypatch.setattr(weigh_module, "train", lambda *_: None)
     monkeypatch.setattr(weigh_module, "judge", lambda *_: judged(gust=1.0))
-    latest = round_of(*(explained(other, probability=0.25, fit=FIT) for other in names), responses=before)
+    names_in_round = [*names, NOTHING_MISSING]
+    latest = round_of(*(explained(other, probability=0.2, fit=FIT) for other in names_in_round), responses=before)
     problem: Any = SimpleNamespace(progress=lambda *_: None, ground=None, hypotheses=(), thresholds=NOWHERE.thresholds)
     about: Any = SimpleNamespace(problem=problem, state=SimpleNamespace(levels=None), fit=FIT)
     weigh_finding(latest, refitted(name, fit=FIT), {name: about}, replace(latest, responses=after))
