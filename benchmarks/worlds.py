@@ -1,4 +1,5 @@
-"""Names by a classifier that learned from worlds of a recording, and by tempered evidence, on the same hidden effects.
+"""Names by a classifier that learned from worlds of a recording, by tempered evidence, and by both, on the same hidden
+effects.
 
     python benchmarks/worlds.py examples/beginner:0:6.5 examples/intermediate:2:6.5 [--seed 48001] [--draws 12]
 
@@ -6,7 +7,7 @@ Each stretch (folder, seconds left out, seconds) is fitted by the reduced model.
 which has the law of its hypothesis, act in the fitted run at all four sizes; what they do is linear, by a hundredth of
 each, since about an estimate of its own friction has taken up most of an effect.  Errors of the posture, the snow and
 the instruments are linear, too, with noise.  Nothing of these effects was in the training.  No slope has a roll of its
-own here.  The diagnosis itself refits and estimates again, which neither of the two does here.
+own here.  The diagnosis itself refits and estimates again, which is not done here.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ CLEAR: Final = 8.0
 """Standard errors from which an effect is clear."""
 NOTHING_SHARE: Final = 4
 """Draws with nothing hidden, for each of an effect."""
-WEIGHERS: Final = ("tempered evidence", "evidence as it is", "worlds")
+WEIGHERS: Final = ("tempered evidence", "evidence as it is", "worlds", "both")
 SMALL: Final = 0.01
 """Share of an effect by which its linear response is measured."""
 LISTED: Final = (*PHYSICS, *SENSOR)
@@ -114,7 +115,8 @@ def draw_and_weigh(folder: str, begin: float, long: float, seed: int, draws: int
     table, evidence = features(worlds.rest), features.evidence(worlds.rest)
     by_worlds = [answer.name for answer in answers], classifier.probabilities(table)
     names, tempered, plain = _by_evidence(evidence)
-    weighed = dict(zip(WEIGHERS, ((names, tempered), (names, plain), by_worlds), strict=True))
+    ways = (names, tempered), (names, plain), by_worlds, _by_both((names, tempered), by_worlds)
+    weighed = dict(zip(WEIGHERS, ways, strict=True))
     return Drawn(hidden, worlds.strength, weighed, classifier.outside(table), seconds)
 
 
@@ -137,6 +139,23 @@ def _by_evidence(evidence: dict[str, Array]) -> tuple[list[str], Array, Array]:
         for thresholds in (THRESHOLDS, as_is)
     )
     return [NOTHING_MISSING, *laws], tempered, plain
+
+
+def _by_both(tempered: tuple[list[str], Array], by_worlds: tuple[list[str], Array]) -> tuple[list[str], Array]:
+    """Return names and (D, names) probabilities as ``worlds.weigh`` makes them of both, what has no cause as one."""
+    names = [name for name in by_worlds[0] if name != TWO_AT_ONCE]
+    of_fits, of_worlds = (np.zeros((len(table), len(names))) for _, table in (tempered, by_worlds))
+    for name, column in zip(tempered[0], tempered[1].T, strict=True):
+        unknown = name in BY_NAME and BY_NAME[name].kind == "unexplained"
+        of_fits[:, names.index(NOT_IN_THE_LIST if unknown else name)] += column
+    laws = np.array([name not in {NOTHING_MISSING, NOT_IN_THE_LIST} for name in names])
+    share = np.where(laws, of_fits, 0.0)
+    share /= share.sum(axis=1, keepdims=True)
+    for name, column in zip(by_worlds[0], by_worlds[1].T, strict=True):
+        of_worlds += share * column[:, None] if name == TWO_AT_ONCE else 0.0
+        if name != TWO_AT_ONCE:
+            of_worlds[:, names.index(name)] += column
+    return names, 0.5 * (of_fits + of_worlds)
 
 
 def answer_of(hidden: str, names: Sequence[str]) -> list[int]:
@@ -221,7 +240,7 @@ def main() -> None:
                         best = names[1 + int(np.argmax(p[1:]))] if p[0] <= THRESHOLDS.stands_out else "-"
                         counts[best] = counts.get(best, 0) + 1
             cells.append(", ".join(f"{k} {v}" for k, v in sorted(counts.items(), key=lambda item: -item[1])[:3]))
-        print(f"{name:26} {cells[0]}  |  {cells[-1]}")
+        print(f"{name:26} {cells[0]}  |  {cells[-2]}  |  {cells[-1]}")
     if chosen.json:
         chosen.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
 

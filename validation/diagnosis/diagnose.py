@@ -47,6 +47,7 @@ from sssi_exudyn.validation.diagnosis.state import (
 )
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 from sssi_exudyn.validation.diagnosis.wording.description import describe, figures_of
+from sssi_exudyn.validation.diagnosis.worlds.weigh import weigh_finding, weigh_nothing
 
 _FIRST_SHARE: Final = 0.3
 """Share of a search's computing that the first estimate takes, roughly."""
@@ -129,9 +130,14 @@ def _search(about: Reestimate, *, full: bool) -> tuple[Reestimate, list[Round], 
             if latest.nothing.probability > allowed or not isinstance(best, Refitted) or best.name not in estimates:
                 rounds[-1] = latest
                 break
-            chosen = estimates[best.name]
-            chosen = replace(chosen, problem=replace(chosen.problem, progress=problem.progress))
-            form, following = pair or _next_round(latest, best, chosen, forms)
+            form, following = pair or _next_round(latest, best, _of(estimates, best, problem), forms)
+            latest, best = weigh_finding(latest, by_fits := best, estimates, following)
+            if latest.nothing.probability > allowed:
+                rounds[-1] = latest
+                break
+            chosen = _of(estimates, best, problem)
+            if best.name != by_fits.name:
+                form, following = _next_round(latest, best, chosen, forms)
         except SimulationDiverged as error:
             problem.progress(None, f"the search ends: with {latest.best.name} {error}")
             break
@@ -139,7 +145,15 @@ def _search(about: Reestimate, *, full: bool) -> tuple[Reestimate, list[Round], 
         forms.append(form)
         about = chosen
         accepted.append(Accepted(latest, best, about.fit, linear_model(about.problem, about.state, about.fit)))
+    if not accepted and rounds[-1].judgement is None:
+        rounds[-1] = weigh_nothing(about.problem, about.state, rounds[-1])
     return about, rounds, accepted
+
+
+def _of(estimates: Mapping[str, Reestimate], explanation: Refitted, problem: DiagnosisProblem) -> Reestimate:
+    """Return the estimate with an explanation, whose progress is that of the ``problem``."""
+    about = estimates[explanation.name]
+    return replace(about, problem=replace(about.problem, progress=problem.progress))
 
 
 def _confirm(
@@ -228,6 +242,8 @@ def compare_again(
             continue
         again, estimates = estimate_rivals(problem, state, again, full=full)
         best = again.best
+        if again.nothing.probability <= allowed and isinstance(best, Refitted) and best.name in estimates:
+            again, best = weigh_finding(again, best, estimates)
         if again.nothing.probability <= allowed and isinstance(best, Refitted) and best.name in estimates:
             about = estimates[best.name]
             problem, state = about.problem, about.state

@@ -145,12 +145,14 @@ class Weighed:
 
     log_evidence : None for one that cannot be
     refitted : whether it was fitted with its own term, and not by its linear response alone
+    by_fits : its probability by the fits alone, where simulated runs have a say too
     """
 
     name: str
     probability: float
     log_evidence: float | None
     refitted: bool = False
+    by_fits: float | None = None
 
 
 @dataclass(frozen=True)

@@ -195,12 +195,12 @@ def _hypotheses(posteriors: tuple[Weighed, ...]) -> list[Row]:
     nothing = next((hypothesis.log_evidence for hypothesis in posteriors if hypothesis.name == NOTHING_MISSING), None)
 
     def meaning(hypothesis: Weighed) -> str:
-        if hypothesis.name == NOTHING_MISSING:
-            return ""
-        if hypothesis.log_evidence is None or nothing is None:
-            return "not possible"
-        against = f"log evidence {hypothesis.log_evidence - nothing:+.1f} against nothing"
-        return f"{against}; refitted" if hypothesis.refitted else against
+        words = [] if hypothesis.by_fits is None else [f"{hypothesis.by_fits:.1%} by the fits alone"]
+        if hypothesis.name != NOTHING_MISSING:
+            if hypothesis.log_evidence is None or nothing is None:
+                return "not possible"
+            words.insert(0, f"log evidence {hypothesis.log_evidence - nothing:+.1f} against nothing")
+        return "; ".join([*words, "refitted"] if hypothesis.refitted else words)
 
     return [
         (

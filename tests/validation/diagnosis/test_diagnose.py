@@ -214,7 +214,8 @@ class Scripted:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, *rounds: Any) -> None:
         self.rounds, self.asked = list(rounds), []
-        for function in (self.compare_hypotheses, self.remove, self.estimate_rivals, self.linear_model):
+        replaced = self.compare_hypotheses, self.remove, self.estimate_rivals, self.linear_model, self.weigh_finding
+        for function in replaced:
             monkeypatch.setattr(diagnose_module, function.__name__, function)
 
     def compare_hypotheses(self, problem: Any, state: State, base: str) -> Any:
@@ -231,6 +232,9 @@ class Scripted:
 
     def linear_model(self, problem: Any, state: State, fit: str) -> str:
         return f"about {fit}"
+
+    def weigh_finding(self, latest: Any, finding: Any, estimates: Any) -> tuple[Any, Any]:
+        return latest, finding
 
     def compare_again(self, accepted: list[Any]) -> list[Any]:
         state, problem = State(LEVELS, no_nuisances(0), np.zeros(0)), cast(Any, NOWHERE)
@@ -409,6 +413,8 @@ def test_a_verdict_of_no_known_cause_is_more_probable_than_not() -> None:
     assert verdict("snow_patch", 0.9) == "explained"
     assert verdict("snow_patch", 0.9, 0.19) == "ambiguous"  # turns that were not fitted reject it
     assert verdict("snow_patch", 0.9, None) == "explained"
+    assert verdict_of([], near, 0.9) == "none"
+    assert verdict_of([], near, 0.9, alike=False) == "not_adequate"  # nothing like it was simulated
 
 
 @pytest.mark.long

@@ -133,6 +133,7 @@ class Hypothesis(ABC):
     natural : of what shapes the snow: how large a natural slope's own is, a standard deviation in its unit for a metre
         of the slope's waves
     comes_again : it is there again on another pass of the slope
+    through_air : its force changes where something else moves the air or takes more of it
     lines : numbers of its term that are places down the fall line (m), where another run that passes them meets it
         again; none of what shapes the snow, which is in every run's own estimate of the surface
     distinctions : measurements that would distinguish it from others; each pair stands with one of the two
@@ -148,6 +149,7 @@ class Hypothesis(ABC):
     shapes_snow: ClassVar[bool] = False
     natural: ClassVar[float] = 0.0
     comes_again: ClassVar[bool] = True
+    through_air: ClassVar[bool] = False
     lines: ClassVar[tuple[str, ...]] = ()
     distinctions: ClassVar[tuple[Distinction, ...]] = ()
 

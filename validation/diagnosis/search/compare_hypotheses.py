@@ -56,7 +56,7 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
     linear = linear_model(problem, state, base)
     levels, evidence = best_evidence(linear, state.levels)
     nothing = Nothing(evidence, levels, base)
-    responses = _responses_by_name(problem, fitted)
+    responses = responses_by_name(problem, fitted)
 
     uncertainty = uncertain(linear, state.levels)
 
@@ -101,7 +101,7 @@ def _before(model: Model, extended: Model, name: str) -> float:
         return extended.value(name)
 
 
-def _responses_by_name(problem: DiagnosisProblem, fitted: FittedRun) -> dict[str, Array]:
+def responses_by_name(problem: DiagnosisProblem, fitted: FittedRun) -> dict[str, Array]:
     """Return the responses (N, probes) of every hypothesis, a unit of amplitude."""
     problem.progress(None, "the response to every hypothesis")
     by_name = {hypothesis.name: hypothesis.probes(fitted) for hypothesis in problem.hypotheses}

@@ -19,6 +19,7 @@ from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Smallest
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, FreeFormForce, Hypothesis
+from sssi_exudyn.validation.diagnosis.judgement import Judgement
 from sssi_exudyn.validation.diagnosis.search.probabilities import probabilities
 
 Values = Mapping[NumberRef, tuple[float, float]]
@@ -30,13 +31,14 @@ class Nothing:
     """That nothing more is missing.
 
     log_evidence : with the noise's own prior;  levels : of the noise;  fit : of the model without anything added
-    probability : among all explanations of the round
+    probability : among all explanations of the round;  by_fits : as in ``Screened``
     """
 
     log_evidence: float
     levels: NoiseLevels
     fit: Refit
     probability: float = 0.0
+    by_fits: float | None = None
 
     name: ClassVar[str] = NOTHING_MISSING
     share_of_free_form: ClassVar[float] = 0.0
@@ -64,6 +66,7 @@ class Screened:
     log_evidence : with the noise's own prior, place and size integrated
     levels : of the noise under it
     probability : among all explanations of the round
+    by_fits : the same by the fits alone, where simulated runs have a say too
     size : one of ``Thresholds.sizes``
     log_place : what searching all places adds to the log evidence of the best one, below 0
     log_natural : of what shapes the snow: density of its size were it the slope's own, over that were it not
@@ -76,6 +79,7 @@ class Screened:
     log_evidence: float
     levels: NoiseLevels
     probability: float = 0.0
+    by_fits: float | None = None
     size: float = 1.0
     log_place: float = 0.0
     log_natural: float = -np.inf
@@ -120,6 +124,7 @@ class Round:
     responses : (N, probes) by the names of the hypotheses, a unit of amplitude
     noticed : by their names, from which size on each would have been noticed
     explained : log evidence that earlier findings brought
+    judgement : what simulated runs had hidden that look like the recording, where these were asked
     """
 
     explanations: tuple[Explanation, ...]
@@ -129,6 +134,7 @@ class Round:
     responses: dict[str, Array]
     noticed: dict[str, Smallest]
     explained: float = 0.0
+    judgement: Judgement | None = None
 
     @property
     def nothing(self) -> Nothing:

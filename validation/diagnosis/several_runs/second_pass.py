@@ -219,14 +219,21 @@ def _ask(run: _Run, finding: Accepted, others: Sequence[_Run]) -> SamePlace | No
 
 
 def update(searched: Round, passes: Sequence[Pass]) -> tuple[Explanation, ...]:
-    """Return the explanations of a round with what other runs measured at its place, the most probable first."""
+    """Return the explanations of a round with what other runs measured at its place, the most probable first.
+
+    Simulated runs had their say of the first run alone, which stays as it is.
+    """
     gains = gains_of(passes)
-    return searched.ranked(
+    ranked = searched.ranked(
         [
             replace(explanation, log_evidence=explanation.log_evidence + gains.get(explanation.name, 0.0))
             for explanation in searched.explanations
         ]
     ).explanations
+    before = {e.name: 1.0 if not e.by_fits else e.probability / e.by_fits for e in searched.explanations}
+    total = sum(e.probability * before[e.name] for e in ranked)
+    weighed = [replace(e, probability=e.probability * before[e.name] / total) for e in ranked]
+    return tuple(sorted(weighed, key=lambda e: -e.probability))
 
 
 def gains_of(passes: Sequence[Pass]) -> dict[str, float]:

@@ -72,14 +72,13 @@ from sssi_exudyn.validation.diagnosis.search.missing_force import (
 )
 from sssi_exudyn.validation.diagnosis.search.physical_limits import POSSIBLE_SEED
 from sssi_exudyn.validation.diagnosis.search.search_result import Accepted, Figures
-from sssi_exudyn.validation.diagnosis.state import State, linear_model, linear_without
+from sssi_exudyn.validation.diagnosis.state import State
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 from sssi_exudyn.validation.diagnosis.wording.likeness import answer_of, likeness_sentence
 from sssi_exudyn.validation.diagnosis.wording.next_measurement import next_measurements
 from sssi_exudyn.validation.diagnosis.wording.paragraph import paragraph_of
 from sssi_exudyn.validation.diagnosis.wording.sentence import sentence_of
-from sssi_exudyn.validation.diagnosis.worlds.geometry import geometry_of
-from sssi_exudyn.validation.diagnosis.worlds.judge import WORLD_SEED, among_worlds
+from sssi_exudyn.validation.diagnosis.worlds.judge import WORLD_SEED
 
 _PATH_POINTS: Final = 4
 """Points of the path in each cell of the missing force."""
@@ -122,7 +121,9 @@ def describe(
         for finding, its in zip(accepted, evidence, strict=True)
     ]
     near = adequacy(residuals[-1], measurements, thresholds)
-    verdict = verdict_of(findings, near, rounds[-1].nothing.probability, thresholds)
+    likeness = _likeness(rounds[-1], accepted)
+    alike = likeness is None or likeness.alike
+    verdict = verdict_of(findings, near, rounds[-1].nothing.probability, thresholds, alike=alike)
     models = before_model.model, after_model.model
     following = _next(rounds[-1], accepted, state.levels)
     diagnosis = Diagnosis(
@@ -152,44 +153,40 @@ def describe(
         chance=search_by_chance(
             rounds[0].linear, rounds[0].nothing.levels, rounds[0].fitted, problem.hypotheses, rounds[0].responses
         ),
-        likeness=_likeness(problem, state, final, rounds[-1], accepted),
+        likeness=likeness,
     )
     return diagnosis, tuple(figures)
 
 
-def _likeness(
-    problem: DiagnosisProblem, state: State, final: Refit, last: Round, accepted: Sequence[Accepted]
-) -> Likeness:
-    """Return what simulated runs had hidden that look like the recording without its least certain finding; all else
-    that was found stays in the model.
-
-    state, final : of the fit with everything that was found, which ``last`` is about
+def _likeness(last: Round, accepted: Sequence[Accepted]) -> Likeness | None:
+    """Return what simulated runs had hidden that look like the recording without its least certain finding, or as it is
+    where nothing was found.
     """
-    problem.progress(None, "thousands of simulated runs with known causes")
-    least = min((finding.explanation for finding in accepted), key=lambda one: one.probability, default=None)
-    linear = (
-        linear_model(problem, state, final) if least is None else linear_without(problem, state, final, least.candidate)
-    )
-    waves = 0.0 if problem.ground is None else problem.ground.amplitude * state.levels.surface
-    geometry = geometry_of(linear, state.levels, last.fitted, problem.hypotheses, last.responses, waves)
-    judged = among_worlds(geometry, problem.thresholds, problem.hypotheses)
+    judged = _least_certain(last, accepted).judgement
+    if judged is None:
+        return None
+    thresholds = last.fitted.thresholds
     similar = SimilarRun(
         judged.similar.name,
-        tuple(geometry.edges.tolist()),
+        tuple(judged.edges.tolist()),
         tuple(_vector(force) for force in judged.similar.recorded),
         tuple(_vector(force) for force in judged.similar.simulated),
     )
-    name = NOTHING_MISSING if least is None else least.name
     return Likeness(
         judged.runs,
-        likeness_sentence(judged, name, problem.thresholds),
+        likeness_sentence(judged, thresholds),
         judged.probabilities,
         judged.outside,
-        judged.outside >= problem.thresholds.world_outside,
-        about=name,
-        best_possible=judged.best_possible.get(answer_of(name)),
+        judged.outside >= thresholds.world_outside,
+        about=judged.about,
+        best_possible=judged.best_possible.get(answer_of(judged.about)),
         similar=similar,
     )
+
+
+def _least_certain(last: Round, accepted: Sequence[Accepted]) -> Round:
+    """Return the round of the least certain finding, the ``last`` one where nothing was found."""
+    return min(accepted, key=lambda finding: finding.explanation.probability).searched if accepted else last
 
 
 def _next(last: Round, accepted: Sequence[Accepted], levels: NoiseLevels) -> tuple[Next, ...]:
@@ -217,13 +214,19 @@ def figures_of(linear: LinearModel, levels: NoiseLevels, residual: Array, left_o
 
 
 def verdict_of(
-    findings: Sequence[Finding], near: Adequacy, nothing: float, thresholds: Thresholds = THRESHOLDS
+    findings: Sequence[Finding],
+    near: Adequacy,
+    nothing: float,
+    thresholds: Thresholds = THRESHOLDS,
+    *,
+    alike: bool = True,
 ) -> Outcome:
     """Return the verdict on ``findings``, where nothing more is missing with the probability ``nothing``.
 
-    A name is sure only where turns that were not fitted do not reject it.
+    A name is sure only where turns that were not fitted do not reject it.  Of a recording that is not ``alike`` any
+    simulated run, nothing is said.
     """
-    if not near.adequate or (not findings and nothing < thresholds.likely):
+    if not near.adequate or not alike or (not findings and nothing < thresholds.likely):
         return "not_adequate"
     if not findings:
         return "none"
@@ -370,7 +373,8 @@ def _noise(levels: NoiseLevels, about: Uncertainty) -> Noise:
 
 def _weighed(explanation: Explanation) -> Weighed:
     evidence = explanation.log_evidence if np.isfinite(explanation.log_evidence) else None
-    return Weighed(explanation.name, explanation.probability, evidence, isinstance(explanation, Refitted))
+    refitted = isinstance(explanation, Refitted)
+    return Weighed(explanation.name, explanation.probability, evidence, refitted, explanation.by_fits)
 
 
 def _over_time(missing: MissingForce) -> ForceOverTime:

@@ -7,9 +7,9 @@ from typing import Final
 
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
+from sssi_exudyn.validation.diagnosis.judgement import Judgement
 from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
 from sssi_exudyn.validation.diagnosis.worlds.catalogue import NOT_IN_THE_LIST, TWO_AT_ONCE
-from sssi_exudyn.validation.diagnosis.worlds.judge import Judgement
 
 _WORDS: Final = {
     NOTHING_MISSING: "nothing hidden",
@@ -28,26 +28,19 @@ def caption_of(answer: str) -> str:
     return _WORDS[answer] if answer in _WORDS else BY_NAME[answer].caption
 
 
-def likeness_sentence(judgement: Judgement, about: str, thresholds: Thresholds) -> str:
-    """Return what the runs had hidden, whether that is what the diagnosis says, and what could be said at best.
+def likeness_sentence(judgement: Judgement, thresholds: Thresholds) -> str:
+    """Return what the runs had hidden, and what could be said at best of the finding that they vary, or of nothing.
 
     Where the recording is unlike all that was simulated, the sentence says that it says nothing.
-
-    about : the name of the finding, or of nothing
     """
     if judgement.outside < thresholds.world_outside:
         return (
             f"This recording looks like none of {judgement.runs:,} simulated runs of it with known causes: of these, "
             f"{judgement.outside:.1%} are as far from their kind, so they say nothing of its cause."
         )
-    answer = answer_of(about)
+    answer = answer_of(judgement.about)
     runs = f"{judgement.runs:,} simulated runs of this recording with known causes"
     sentences = [f"Of {runs}, those that look like it had: {_list(judgement.probabilities, thresholds)}"]
-    if next(iter(judgement.probabilities)) != answer:
-        sentences.append(
-            f"The diagnosis says {caption_of(answer)}. Trust the diagnosis: it estimates posture and snow again with "
-            "each cause, and the simulated runs are linear about one estimate"
-        )
     if answer in judgement.best_possible:
         sentences.append(
             f"Where {caption_of(answer)} is the truth, the best possible method gives it "

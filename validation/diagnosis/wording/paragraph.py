@@ -25,7 +25,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, disti
 from sssi_exudyn.validation.diagnosis.search.explanation import Round
 from sssi_exudyn.validation.diagnosis.search.search_result import Figures
 from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
-from sssi_exudyn.validation.diagnosis.wording.sentence import REJECTED
+from sssi_exudyn.validation.diagnosis.wording.sentence import REJECTED, UNLIKE
 
 _KMH: Final = 3.6
 """km/h of 1 m/s."""
@@ -59,6 +59,8 @@ def paragraph_of(
     if findings:
         sentences += [text for finding in findings for text in _of_finding(finding, model, thresholds)]
         sentences += _gain(figures)
+        if near.adequate and verdict == "not_adequate":
+            sentences.append(UNLIKE)
     elif near.adequate:
         sentences += _without_finding(verdict, last, figures[0])
     if near.adequate:

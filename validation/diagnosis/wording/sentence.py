@@ -16,6 +16,8 @@ from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
 
 REJECTED: Final = "Turns that were not fitted are met worse with it, so the name is not sure"
 
+UNLIKE: Final = "No simulated run with a known cause looks like this recording, so do not rely on a name"
+
 
 def sentence_of(
     findings: Sequence[Finding],
@@ -49,6 +51,8 @@ def sentence_of(
             f"The model does not describe this run: it misses the track by {_metres(near.missed_m)} m where the "
             f"instruments allow {_metres(near.allowed_m)} m. Do not trust what was fitted and found."
         )
+    elif verdict == "not_adequate" and findings:
+        clauses.append(f"{UNLIKE}.")
     elif verdict == "not_adequate":
         clauses.append(
             f"This recording cannot tell whether something is missing: the track is met to "

@@ -6,10 +6,11 @@ Evidence is by likelihood alone, without temper, with places and sizes integrate
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import Uncertain, log_factors, whiten_columns
@@ -39,12 +40,15 @@ class _Family:
 
     columns : (N, c·w) in units of noise;  gram : (c, w, w) what the measurements know of the amplitudes
     sizes : by how many times amplitudes are usually larger
+    limited : (l,) which amplitudes have limits;  limits : (c, l, 2) these, in usual sizes
     """
 
     name: str
     columns: Array
     gram: Array
     sizes: tuple[float, ...]
+    limited: NDArray[np.int_] = field(default_factory=lambda: np.zeros(0, dtype=int))
+    limits: Array = field(default_factory=lambda: np.zeros((1, 0, 2)))
 
 
 class Features:
@@ -111,10 +115,28 @@ class Features:
     def _of(self, family: _Family, rest: Array) -> Array:
         pull = (family.columns.T @ rest).reshape(*family.gram.shape[:2], -1)
         factors = log_factors(family.gram, pull, family.sizes)
+        if len(family.limited):
+            factors -= _beyond_limits(family, pull)
         # in place of SciPy's logsumexp, which also asks for signs, infinities and weights: half of all that this takes
         largest = factors.max(axis=(0, 1))
         factors -= largest
         return np.asarray(largest + np.log(np.mean(np.exp(factors, out=factors), axis=(0, 1))))
+
+
+def _beyond_limits(family: _Family, pull: Array) -> Array:
+    """Return (sizes, c, D) by how much less probable measurements with ``pull`` (c, w, D) are where the most probable
+    amplitudes are beyond what is possible: half the squares of their standard deviations beyond it.
+    """
+    known, axes = np.linalg.eigh(0.5 * (family.gram + np.swapaxes(family.gram, 1, 2)))
+    rotated, rows = np.swapaxes(axes, 1, 2) @ pull, axes[:, family.limited]
+    low, high = np.moveaxis(family.limits, 2, 0)[..., None]
+    cost = np.zeros((len(family.sizes), len(pull), pull.shape[2]))
+    for i, size in enumerate(family.sizes):
+        variances = size**2 / (1.0 + size**2 * np.maximum(known, 0.0))
+        means = (rows * variances[:, None]) @ rotated
+        beyond = np.maximum(np.maximum(low - means, means - high), 0.0)
+        cost[i] = 0.5 * np.sum(beyond**2 / (rows**2 @ variances[..., None]), axis=1)
+    return cost
 
 
 def _laws(geometry: Geometry, known: Uncertain, sizes: tuple[float, ...]) -> list[_Family]:
@@ -126,7 +148,9 @@ def _laws(geometry: Geometry, known: Uncertain, sizes: tuple[float, ...]) -> lis
         shape = len(white), len(candidates), -1
         left = known.remove_from(white)
         gram = np.einsum("nci,ncj->cij", white.reshape(shape), left.reshape(shape))
-        families.append(_Family(name, white, gram, sizes))
+        limits = geometry.limits[name]
+        limited = np.flatnonzero(np.any(np.isfinite(limits), axis=(0, 2)))
+        families.append(_Family(name, white, gram, sizes, limited, limits[:, limited]))
         if geometry.kinds[name] == "physics":
             families += _bent(geometry, known, (name, candidates), sizes)
     return families
@@ -137,7 +161,9 @@ def _bent(
 ) -> list[_Family]:
     """Return the evidence of a hypothesis whose law has nearly its form: each amplitude brings modes of the error."""
     name, candidates = law
-    some = candidates[:: -(-len(candidates) // _MOST_BENT)]
+    step = -(-len(candidates) // _MOST_BENT)
+    some, limits = candidates[::step], geometry.limits[name][::step]
+    limited = np.flatnonzero(np.any(np.isfinite(limits), axis=(0, 2)))
     exact = np.hstack([candidate.free.columns * candidate.free.scales for candidate in some])
     apart = np.abs(geometry.middles[:, None] - geometry.middles)
     variances, axes = np.linalg.eigh(np.exp(-apart / _FORM_MEMORY))
@@ -151,7 +177,8 @@ def _bent(
         white = whiten_columns(geometry.linear, geometry.levels, columns)
         shape = len(white), len(some), -1
         gram = np.einsum("nci,ncj->cij", white.reshape(shape), known.remove_from(white).reshape(shape))
-        families.append(_Family(f"{name} bent {share:g}", white, gram, sizes))
+        first = (1 + _FORM_MODES) * limited  # each amplitude comes before the modes of its error
+        families.append(_Family(f"{name} bent {share:g}", white, gram, sizes, first, limits[:, limited]))
     return families
 
 

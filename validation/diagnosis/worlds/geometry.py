@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -20,6 +21,11 @@ from sssi_exudyn.validation.diagnosis.search.missing_force import (
     latent_covariance,
 )
 
+_FARTHEST: Final = 10.0
+"""Usual sizes up to which limits of an effect are looked for."""
+_HALVINGS: Final = 8
+"""Halvings of that, to some 0.04 of a usual size."""
+
 
 @dataclass(frozen=True)
 class Geometry:
@@ -27,6 +33,7 @@ class Geometry:
 
     linear, levels : the run linearised about its fit, and the noise that its measurements are weighed by
     candidates, kinds : of each hypothesis by its name, without those that no instrument shows
+    limits : (c, w, 2) of its c candidates: how many usual sizes each amplitude may have, to either side
     edges : (c + 1,) s of the cells of time
     by_body : (N, 3·c) what a newton at the centre of mass does, along, across and normal to the skis, in each cell
     by_foot : (2, N, 3·c) the same of a newton on the left or the right foot
@@ -38,6 +45,7 @@ class Geometry:
     linear: LinearModel
     levels: NoiseLevels
     candidates: Mapping[str, Sequence[Candidate]]
+    limits: Mapping[str, Array]
     kinds: Mapping[str, Kind]
     edges: Array
     by_body: Array
@@ -97,10 +105,16 @@ def geometry_of(
         return np.asarray(np.interp(middles, run.time, values))
 
     proposed = {hypothesis.name: _possible(hypothesis, fitted, responses[hypothesis.name]) for hypothesis in hypotheses}
+    limits = {
+        hypothesis.name: np.stack([limits_of(hypothesis, candidate) for candidate in proposed[hypothesis.name]])
+        for hypothesis in hypotheses
+        if proposed[hypothesis.name]
+    }
     return Geometry(
         linear=linear,
         levels=levels,
         candidates={name: some for name, some in proposed.items() if some},
+        limits=limits,
         kinds={hypothesis.name: hypothesis.kind for hypothesis in hypotheses},
         edges=edges,
         by_body=by_body,
@@ -117,6 +131,26 @@ def _possible(hypothesis: Hypothesis, fitted: FittedRun, responses: Array) -> li
     """Return the candidates whose places are physically possible: with usual amplitudes a model can have them."""
     candidates = hypothesis.candidates(fitted, responses)
     return [candidate for candidate in candidates if is_possible(hypothesis, candidate, candidate.free.scales)]
+
+
+def limits_of(hypothesis: Hypothesis, candidate: Candidate) -> Array:
+    """Return (w, 2) how many usual sizes each amplitude of a candidate may have to either side, all others being zero;
+    infinite beyond ``_FARTHEST``.
+    """
+    usual = np.diag(candidate.free.scales)
+    sides = [[-_largest(hypothesis, candidate, -row), _largest(hypothesis, candidate, row)] for row in usual]
+    return np.array(sides)
+
+
+def _largest(hypothesis: Hypothesis, candidate: Candidate, amplitudes: Array) -> float:
+    """Return by how many times ``amplitudes`` (w,) are possible at most."""
+    low, high = 0.0, _FARTHEST
+    if is_possible(hypothesis, candidate, high * amplitudes):
+        return np.inf
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if is_possible(hypothesis, candidate, middle * amplitudes) else (low, middle)
+    return low
 
 
 def is_possible(hypothesis: Hypothesis, candidate: Candidate, amplitudes: Array) -> bool:

@@ -16,6 +16,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import Uncertain, whiten_columns
 from sssi_exudyn.runtime.threads import one_ahead
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis
+from sssi_exudyn.validation.diagnosis.judgement import Judgement, SimilarWorld
 from sssi_exudyn.validation.diagnosis.search.missing_force import gain_of, latent_covariance
 from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
 from sssi_exudyn.validation.diagnosis.worlds.best_possible import BestPossible
@@ -38,37 +39,6 @@ _FEWEST: Final = 20
 """Worlds of an answer from which it can be learned what they look like; of fewer it is not probable."""
 _ANSWERS: Final = 2
 """Answers at least of which there are as many."""
-
-
-@dataclass(frozen=True)
-class SimilarWorld:
-    """The world that looks most like the recording.
-
-    name : of its answer
-    recorded, simulated : (c, 3) N along, across and normal, the force that does what the model lacks, of both
-    """
-
-    name: str
-    recorded: Array
-    simulated: Array
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """What runs that look like a recording had hidden.
-
-    runs : simulated
-    probabilities : of each answer by its name, the most probable first
-    outside : share of simulated runs that are farther from the middle of their kind than the recording
-    best_possible : of each answer by its name, its probability on average by the best possible method, were it true
-    similar : the simulated run that looks most like the recording
-    """
-
-    runs: int
-    probabilities: dict[str, float]
-    outside: float
-    best_possible: dict[str, float]
-    similar: SimilarWorld
 
 
 @dataclass(frozen=True)
@@ -148,8 +118,8 @@ def train(
     return TrainedWorlds(names, learned, features, classifier, smooth, drawn, drawn.best.expected(priors))
 
 
-def judge(trained: TrainedWorlds, geometry: Geometry) -> Judgement:
-    """Return what the recording of a geometry looks like among its worlds."""
+def judge(trained: TrainedWorlds, geometry: Geometry, about: str) -> Judgement:
+    """Return what the recording of a geometry looks like among its worlds, without the finding ``about``."""
     known, drawn = known_of(geometry), trained.drawn
     rest = known.remove_from(known.residual[:, None])
     features = trained.features(rest)
@@ -166,12 +136,9 @@ def judge(trained: TrainedWorlds, geometry: Geometry) -> Judgement:
         outside=float(trained.classifier.outside(features)[0]),
         best_possible={name: p for name, p in possible if np.isfinite(p)},
         similar=SimilarWorld(trained.names[drawn.labels[nearest]], recorded, simulated),
+        about=about,
+        edges=geometry.edges,
     )
-
-
-def among_worlds(geometry: Geometry, thresholds: Thresholds, hypotheses: Sequence[Hypothesis]) -> Judgement:
-    """Return what the recording of a geometry looks like among worlds of it."""
-    return judge(train(geometry, thresholds, hypotheses), geometry)
 
 
 def strengths_about(features: Features, known: Uncertain) -> tuple[float, float]:

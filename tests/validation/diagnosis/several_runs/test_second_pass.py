@@ -33,7 +33,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOT
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, add_part
 from sssi_exudyn.validation.diagnosis.search.search_result import Accepted, SearchEnd
 from sssi_exudyn.validation.diagnosis.several_runs import second_pass
-from sssi_exudyn.validation.diagnosis.several_runs.second_pass import SamePlace, Way, ask_other_runs
+from sssi_exudyn.validation.diagnosis.several_runs.second_pass import Pass, SamePlace, Way, ask_other_runs, update
 from sssi_exudyn.validation.diagnosis.state import State
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
@@ -322,6 +322,28 @@ def test_a_finding_that_keeps_to_no_place_is_not_asked(day: Day) -> None:
     assert ask_other_runs({"morning": first, "noon": day.run(0.08)}) == ()
     sure = day.found(day.run(0.08), "snow_patch", nothing=0.0, snow_patch=40.0)
     assert ask_other_runs({"morning": sure, "noon": day.run(0.08)}) == ()
+
+
+def test_what_simulated_runs_say_of_the_first_run_stays() -> None:
+    """What another pass measures multiplies odds by as much as it does by the fits alone."""
+    evidence = {"nothing": 0.0, "snow_patch": 20.0, "gust": 20.5}
+    plain = ranked(*(explained(name, value, fit=cast(Any, "a fit")) for name, value in evidence.items()))
+    factors = {"nothing": 1.0, "snow_patch": 3.0, "gust": 0.5}
+    weighed = replace(
+        plain,
+        explanations=tuple(
+            replace(one, probability=one.probability * factors[one.name], by_fits=one.probability)
+            for one in plain.explanations
+        ),
+    )
+    passed = [Pass("noon", 5.0, {"snow_patch": 2.0})]
+    by_fits, by_both = (
+        {one.name: one.probability for one in update(searched, passed)} for searched in (plain, weighed)
+    )
+    assert sum(by_both.values()) == pytest.approx(1.0)
+    odds = by_both["snow_patch"] / by_both["gust"]
+    assert odds == pytest.approx(6.0 * by_fits["snow_patch"] / by_fits["gust"])
+    assert update(weighed, passed)[0].name == "snow_patch"
 
 
 @pytest.fixture(scope="module")

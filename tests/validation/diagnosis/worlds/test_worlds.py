@@ -13,6 +13,7 @@ from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING
 from sssi_exudyn.validation.diagnosis.hypotheses.air.wind import SteadyWind
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, Hypothesis, Probe, responses_of
+from sssi_exudyn.validation.diagnosis.judgement import Judgement, SimilarWorld
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 from sssi_exudyn.validation.diagnosis.wording.likeness import likeness_sentence
 from sssi_exudyn.validation.diagnosis.worlds.best_possible import BestPossible
@@ -22,7 +23,7 @@ from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import Wanted, draw_wo
 from sssi_exudyn.validation.diagnosis.worlds.family import Unlisted
 from sssi_exudyn.validation.diagnosis.worlds.features import Features
 from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry, geometry_of, is_possible
-from sssi_exudyn.validation.diagnosis.worlds.judge import Judgement, SimilarWorld, judge, train
+from sssi_exudyn.validation.diagnosis.worlds.judge import judge, train
 
 FEWER = replace(THRESHOLDS, worlds=3000)
 FREE = ("friction.mu_t", "friction.mu_n", "start.velocity_f", "start.velocity_l")
@@ -173,7 +174,7 @@ def test_a_plug_in_s_law_has_its_own_worlds_and_the_same_recording_the_same_answ
     hidden = 5.0 * few.candidates["gps_jump"][40].free.columns[:, 0]
     few = replace(few, linear=replace(few.linear, residual=hidden))
     fewest = replace(FEWER, worlds=1500)
-    judged = judge(train(few, fewest, hypotheses), few)
+    judged = judge(train(few, fewest, hypotheses), few, "gps_jump")
     assert set(judged.probabilities) == {
         NOTHING_MISSING, "gps_jump", "gps_delay", "valley_breeze", NOT_IN_THE_LIST, TWO_AT_ONCE
     }  # fmt: skip
@@ -182,7 +183,7 @@ def test_a_plug_in_s_law_has_its_own_worlds_and_the_same_recording_the_same_answ
     assert judged.similar.recorded.shape == judged.similar.simulated.shape == few.shape[::-1]
     assert judged.similar.name in judged.probabilities
     assert judged.runs >= 1500  # those that were too weak or too strong are counted, too
-    same = judge(train(few, fewest, hypotheses), few)
+    same = judge(train(few, fewest, hypotheses), few, "gps_jump")
     assert (same.probabilities, same.outside, same.best_possible) == (
         judged.probabilities, judged.outside, judged.best_possible
     )  # fmt: skip
@@ -240,7 +241,7 @@ def test_what_is_stronger_than_all_worlds_is_like_none(fitted: FittedRun) -> Non
     few, fewest = geometry_with(fitted, hypotheses), replace(FEWER, worlds=600)
     far = 2e4 * few.candidates["gps_jump"][40].free.columns[:, 0]
     few = replace(few, linear=replace(few.linear, residual=far))
-    assert judge(train(few, fewest, hypotheses), few).outside < THRESHOLDS.world_outside
+    assert judge(train(few, fewest, hypotheses), few, "gps_jump").outside < THRESHOLDS.world_outside
 
 
 def test_candidates_of_worlds_are_physically_possible(geometry: Geometry) -> None:
@@ -269,14 +270,29 @@ def test_the_best_possible_name_is_even_odds_of_one_cause_with_two_names(
 def test_the_sentence_lists_what_is_worth_naming_or_says_that_nothing_is_alike() -> None:
     probabilities = {"snow_patch": 0.83, "gust": 0.09, NOT_IN_THE_LIST: 0.07, NOTHING_MISSING: 0.01}
     none = np.zeros((1, 3))
-    judged = Judgement(10_000, probabilities, 0.4, {"snow_patch": 0.71}, SimilarWorld("gust", none, none))
-    words = likeness_sentence(judged, "snow_patch", THRESHOLDS)
+    similar = SimilarWorld("gust", none, none)
+    judged = Judgement(10_000, probabilities, 0.4, {"snow_patch": 0.71}, similar, "snow_patch", np.arange(2.0))
+    words = likeness_sentence(judged, THRESHOLDS)
     assert words == (
         "Of 10,000 simulated runs of this recording with known causes, those that look like it had: "
         "a stretch of other snow 83%, a gust of wind 9%, something that is not in the list 7%. "
         "Where a stretch of other snow is the truth, the best possible method gives it 71% on average."
     )
-    other = likeness_sentence(judged, "unexplained_force", THRESHOLDS)
-    assert "The diagnosis says something that is not in the list. Trust the diagnosis" in other
-    unlike = likeness_sentence(replace(judged, outside=0.001), "snow_patch", THRESHOLDS)
+    unlike = likeness_sentence(replace(judged, outside=0.001), THRESHOLDS)
     assert unlike.startswith("This recording looks like none of 10,000 simulated runs")
+
+
+def test_a_law_counts_only_as_far_as_it_is_possible(geometry: Geometry) -> None:
+    known, share = known_of(geometry), geometry.candidates["drag_area"][0].free
+    low, high = geometry.limits["drag_area"][0, 0]
+    # the model's bounds, in usual sizes: a drag area from 0.3 to 4 of the assumed one; by halving to 10/256
+    np.testing.assert_allclose([low, high], [-0.7 / 0.4, 3.0 / 0.4], atol=10.0 / 256.0)
+    moved = share.columns * share.scales * np.array([[-12.0, 4.0]])  # the first is no drag area at all
+    rest = known.remove_from(whiten_columns(geometry.linear, geometry.levels, moved))
+    less, more = Features(geometry, known, FEWER).evidence(rest)["drag_area"]
+    limits = {name: np.broadcast_to([-np.inf, np.inf], of.shape) for name, of in geometry.limits.items()}
+    free = replace(geometry, limits=limits)
+    less_free, more_free = Features(free, known, FEWER).evidence(rest)["drag_area"]
+    assert less_free > more_free > 0.0
+    assert more == pytest.approx(more_free)
+    assert less < less_free - 3.0

@@ -10,6 +10,7 @@ class OtherDragArea(SteadyLaw):
 
     name = DragArea.name
     caption = "another drag area of the skier"
+    through_air = True
     amplitudes = (("share", 0.4),)
     distinctions = (
         Distinction(("speed_dependent_friction",), "the same skier at another speed or posture on the same snow"),

@@ -20,6 +20,7 @@ class PassingGust(InTime):
     name = Gust.name
     kind = "physics"
     comes_again = False
+    through_air = True
     caption = "a gust of wind"
     smallest = "a gust of {value:.1f} m/s"
     plain_smallest = "a gust of {kmh:.0f} km/h"

@@ -10,6 +10,7 @@ class SteadyWind(SteadyLaw):
 
     name = Wind.name
     caption = "a steady wind"
+    through_air = True
     amplitudes = (("w_f", 4.0), ("w_l", 4.0))
     distinctions = (
         Distinction(
