@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from sssi_exudyn.commands.runs import choose_model, fit_recording, lock_of, open_recording
-from sssi_exudyn.core.choices import Keep
+from sssi_exudyn.core.choices import HeadingMode, Keep
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import one_line
@@ -26,7 +26,7 @@ from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.simulation.full.run import simulate
-from sssi_exudyn.sweeps.asked_model import COMMAND, change_model, check_gates, gates_of
+from sssi_exudyn.sweeps.asked_model import COMMAND, change_model, check_gates, check_steering, gates_of
 from sssi_exudyn.what_if.answer import WhatIf, answer_of, off_path, seconds_lost
 from sssi_exudyn.what_if.fastest import solutions
 from sssi_exudyn.what_if.intent import SPEED
@@ -64,11 +64,13 @@ def ask(
     ski: str | None,
     keep: Keep,
     *,
+    heading: HeadingMode | None,
     reduced: bool,
     progress: Progress,
 ) -> WhatIf:
     """Answer a what-if of the result or recording in ``folder``, and write it into ``out`` if given.
 
+    heading : what decides the heading; None for what decided it in the result
     reduced : leave out the full model
 
     Raises InputError for bad input, and SimulationDiverged when the asked model cannot play the recorded movement.
@@ -76,7 +78,8 @@ def ask(
     check_gates(changes, keep, COMMAND, "--keep")
     with lock_of(out):
         stored = _stored(folder, out, progress)
-        recorded = recorded_run(stored, folder)
+        recorded = recorded_run(stored, folder, heading)
+        check_steering(recorded, keep, COMMAND, "--keep")
         asked = change_model(recorded.model, changes, ski)
         with progress.stage("what if") as stage:
             question = Question(recorded, asked, keep, gates_of(changes))
@@ -90,6 +93,7 @@ def ask(
             "command": "whatif",
             "keep": keep,
             "changes": named,
+            **({} if heading is None else {"heading": heading}),
             **({"reduced": True} if reduced else {}),
         }
         origin = convert(provenance(stored.summary.provenance.inputs, settings, seed=None), Provenance)
