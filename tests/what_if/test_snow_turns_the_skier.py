@@ -18,7 +18,8 @@ from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.sweeps.asked_model import change_model
 from sssi_exudyn.what_if.answer import off_path, reasons_of
 from sssi_exudyn.what_if.corrections import EDGING, HEADING, LEAN, PLOUGH, STEERING, Correction, Supports
-from sssi_exudyn.what_if.intent import MOMENT, SETTLING, TURNING_SIGMA
+from sssi_exudyn.what_if.intent import MOMENT, PATH_SIGMA, SETTLING, TURNING_SIGMA
+from sssi_exudyn.what_if.limits import imbalance
 from sssi_exudyn.what_if.question import Played, Question
 from sssi_exudyn.what_if.recorded_run import RecordedRun, nodes_of
 from sssi_exudyn.what_if.solve import Solution, solve
@@ -27,19 +28,19 @@ STOP = 1.6
 
 
 @cache
-def recorded(*, snow_turns: bool) -> RecordedRun:
+def recorded() -> RecordedRun:
     recording, motion = bundled("intermediate")
     nodes = nodes_of(motion.start, motion.start + STOP)
     short = spline_motion(motion.geometry, motion.inclination, nodes, motion.evaluate(nodes)[0])
     model = replace(model_of(recording, motion), sensors=())
     # hardness, strength and friction as fitted to this recording
     carving = Carving(hardness=4.3e7, strength=8e4, mu=0.13)
-    return RecordedRun(replace(model, terms=combine_terms(model.terms, (carving,))), short, snow_turns)
+    return RecordedRun(replace(model, terms=combine_terms(model.terms, (carving,))), short, snow_turns=True)
 
 
 @cache
-def larger_radius(*, snow_turns: bool) -> Solution:
-    run = recorded(snow_turns=snow_turns)
+def larger_radius() -> Solution:
+    run = recorded()
     return solve(Question(run, change_model(run.model, {"ski.sidecut_scale": 0.7}, None), "path"))
 
 
@@ -51,7 +52,7 @@ def turning(solution: Solution, played: Played) -> Array:
 
 
 def test_nothing_changed_gives_the_recorded_run() -> None:
-    run = recorded(snow_turns=True)
+    run = recorded()
     solution = solve(Question(run, run.model, "path"))
     assert solution.converged
     assert not np.any(solution.unknowns)
@@ -59,7 +60,7 @@ def test_nothing_changed_gives_the_recorded_run() -> None:
 
 @pytest.mark.long(seconds=30)
 def test_the_heading_is_what_the_snow_makes_of_it() -> None:
-    solution = larger_radius(snow_turns=True)
+    solution = larger_radius()
     assert reasons_of(solution) == ()
     before, after = (np.max(np.abs(turning(solution, run))) for run in (solution.question.unchanged, solution.played))
     # what is left is what the least squares do not count
@@ -71,18 +72,20 @@ def test_the_heading_is_what_the_snow_makes_of_it() -> None:
 
 
 @pytest.mark.long(seconds=30)
-def test_the_path_is_kept_by_steering() -> None:
-    solution = larger_radius(snow_turns=True)
-    off = [np.max(np.abs(off_path(solution.question, run))) for run in (solution.question.unchanged, solution.played)]
-    assert off[1] < off[0]
+def test_balance_comes_back_and_the_path_is_kept() -> None:
+    solution = larger_radius()
+    question = solution.question
+    before, after = (imbalance(question, run).moment_Nm for run in (question.unchanged, solution.played))
+    assert after < 0.5 * before
+    assert np.max(np.abs(off_path(question, solution.played))) < PATH_SIGMA
 
 
 @pytest.mark.long(seconds=35)
 def test_both_models_go_the_same_path() -> None:
-    played = larger_radius(snow_turns=True).played
+    played = larger_radius().played
     full = simulate(played.model, played.motion)
     places = np.stack([np.interp(full.time, played.run.time, column) for column in played.run.com[:, :2].T], axis=1)
-    # steps of the reduced model are eight times as long: they move it by 0.1 m in 4 s
+    # coarse steps, points and vibrations of the reduced model move it by 0.1 m in 4 s
     assert np.max(np.linalg.norm(full.com[:, :2] - places, axis=1)) < 0.1
 
 
