@@ -14,7 +14,7 @@ from sssi_exudyn.api.arguments import (
     use_plugins,
 )
 from sssi_exudyn.core.checked import checked
-from sssi_exudyn.core.choices import HeadingMode, Keep
+from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.command_line import Option
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ def whatif(
     changes: Annotated[Sequence[str], Option("--set", metavar="NAME=VALUE")] = (),
     ski: str | None = None,
     keep: Keep = "path",
-    heading: HeadingMode | None = None,
     reduced: bool = False,
     plugins: Plugins = (),
     progress: ProgressWanted = False,
@@ -44,8 +43,6 @@ def whatif(
     ski : another ski, of the catalogue or a .toml file
     keep : what the skier keeps.  It is ``"movement"``, ``"path"``, ``"rhythm"``, ``"speed"``, or ``"line"``: a path as
         fast as his limits allow.
-    heading : ``"free"`` where the snow decides it, on snow that edges cut, and ``"replay"`` for the captured one.  The
-        default is that of the result, and a skier who steers needs no spring: ``"track"`` is as ``"free"``.
     reduced : leave out the full model that confirms the answer
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
@@ -64,5 +61,4 @@ def whatif(
 
     use_plugins(plugins)
     asked = read_changes(changes)
-    shown = progress_of(progress)
-    return ask(Path(run), path_of(out), asked, ski, keep, heading=heading, reduced=reduced, progress=shown)
+    return ask(Path(run), path_of(out), asked, ski, keep, reduced=reduced, progress=progress_of(progress))

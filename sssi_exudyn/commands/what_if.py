@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from sssi_exudyn.commands.runs import choose_model, fit_recording, lock_of, open_recording
-from sssi_exudyn.core.choices import HeadingMode, Keep
+from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import one_line
@@ -64,13 +64,11 @@ def ask(
     ski: str | None,
     keep: Keep,
     *,
-    heading: HeadingMode | None,
     reduced: bool,
     progress: Progress,
 ) -> WhatIf:
     """Answer a what-if of the result or recording in ``folder``, and write it into ``out`` if given.
 
-    heading : what decides the heading; None for what decided it in the result
     reduced : leave out the full model
 
     Raises InputError for bad input, and SimulationDiverged when the asked model cannot play the recorded movement.
@@ -78,7 +76,7 @@ def ask(
     check_gates(changes, keep, COMMAND, "--keep")
     with lock_of(out):
         stored = _stored(folder, out, progress)
-        recorded = recorded_run(stored, folder, heading)
+        recorded = recorded_run(stored, folder)
         check_steering(recorded, keep, COMMAND, "--keep")
         asked = change_model(recorded.model, changes, ski)
         with progress.stage("what if") as stage:
@@ -93,7 +91,6 @@ def ask(
             "command": "whatif",
             "keep": keep,
             "changes": named,
-            **({} if heading is None else {"heading": heading}),
             **({"reduced": True} if reduced else {}),
         }
         origin = convert(provenance(stored.summary.provenance.inputs, settings, seed=None), Provenance)

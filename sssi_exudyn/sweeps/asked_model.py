@@ -76,7 +76,7 @@ def check_steering(recorded: RecordedRun, keep: Keep, file: Path | str, place: s
     """Raise InputError where the snow decides the heading of a skier who keeps nothing to steer for."""
     if recorded.snow_turns and keep == "movement":
         problem = "the snow decides the heading, and a skier who plays the recorded movement steers nowhere"
-        raise InputError(file, place, problem, "keep the path or the rhythm, or ask with the captured heading")
+        raise InputError(file, place, problem, "keep the path or the rhythm, or fit with --heading replay")
 
 
 def gates_of(changes: Mapping[str, float]) -> Gates:

@@ -119,8 +119,8 @@ class Question:
     skier who keeps his line to be fast may change his run from its start on.
 
     Where the snow decides the heading, the skier turns about gravity as the residual moment there demands.  That moment
-    then is weighed as a law, and not as a skill.  The heading grows with the path: integrated forward from the start,
-    with nobody who steers, it would part from any intended one within seconds.
+    then is weighed as a law, and not as a skill.  Integrated forward from the start without
+    steering, the heading would part from any intended one within seconds.
 
     Raises SimulationDiverged when the recorded movement cannot be simulated on the recorded or on the asked model.
     """

@@ -14,10 +14,9 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
-from sssi_exudyn.core.choices import HeadingMode
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.model.heading import REPLAY, check_heading
+from sssi_exudyn.model.heading import REPLAY
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion, spline_motion
 from sssi_exudyn.results.folder import SKELETON
@@ -47,17 +46,13 @@ class RecordedRun:
         return replace(self, motion=replace(self.motion, stop=min(stop, self.motion.stop)))
 
 
-def recorded_run(stored: StoredRun, folder: Path, heading: HeadingMode | None = None) -> RecordedRun:
+def recorded_run(stored: StoredRun, folder: Path) -> RecordedRun:
     """Return the run of the result in ``folder``.  A heading that was found is part of its movement.
 
-    heading : what decides the heading of a run that differs from this one; None for what decided it in the result
-
-    Raises InputError for a result without a skeleton, one that is too short, and a heading that its snow cannot decide.
+    Raises InputError for a result without a skeleton, and one that is too short.
     """
     if stored.geometry is None:
         raise InputError(folder / SKELETON, "", "the result has no skeleton", "fit the recording again")
-    asked = stored.model.with_heading(heading).heading
-    check_heading(asked, stored.model.terms, folder, "heading")
     time = stored.time
     if time[-1] - time[0] < _SHORTEST:
         raise InputError(folder, "", f"the run lasts less than {_SHORTEST:g} s", "use a longer run")
@@ -72,7 +67,7 @@ def recorded_run(stored: StoredRun, folder: Path, heading: HeadingMode | None = 
     smooth = np.asarray(make_interp_spline(time, angles, k=5)(nodes))
     motion = spline_motion(stored.geometry, stored.model.inclination, nodes, smooth)
     model = replace(stored.model, posture=None, sensors=(), start=start, heading=REPLAY)
-    return RecordedRun(model, motion, asked.is_found)
+    return RecordedRun(model, motion, stored.model.heading.is_found)
 
 
 def nodes_of(start: float, stop: float) -> Array:

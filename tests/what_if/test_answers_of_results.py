@@ -51,11 +51,6 @@ def test_an_answer_and_a_row_of_a_sweep_are_the_same(result: Path, tmp_path: Pat
     assert (tmp_path / "answer" / "whatif.png").stat().st_size > 0
 
 
-def test_friction_at_the_foot_decides_no_heading(result: Path) -> None:
-    with pytest.raises(InputError, match="no yaw moment"):
-        sssi_exudyn.whatif(result, heading="free")
-
-
 def test_an_answer_that_is_refused_has_no_interval(result: Path) -> None:
     answer = sssi_exudyn.whatif(result, changes=["wind.w_f=-20"], keep="movement", reduced=True)
     assert not answer.skiable

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
-from bundled import bundled
+from bundled import EXAMPLES, bundled
 
+import sssi_exudyn
 from sssi_exudyn.contact.registry import combine_terms
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import spline_motion
+from sssi_exudyn.results.stored import read_run
 from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.sweeps.asked_model import change_model
 from sssi_exudyn.what_if.answer import off_path, reasons_of
@@ -21,7 +24,7 @@ from sssi_exudyn.what_if.corrections import EDGING, HEADING, LEAN, PLOUGH, STEER
 from sssi_exudyn.what_if.intent import MOMENT, PATH_SIGMA, SETTLING, TURNING_SIGMA
 from sssi_exudyn.what_if.limits import imbalance
 from sssi_exudyn.what_if.question import Played, Question
-from sssi_exudyn.what_if.recorded_run import RecordedRun, nodes_of
+from sssi_exudyn.what_if.recorded_run import RecordedRun, nodes_of, recorded_run
 from sssi_exudyn.what_if.solve import Solution, solve
 
 STOP = 1.6
@@ -49,6 +52,20 @@ def turning(solution: Solution, played: Played) -> Array:
     question = solution.question
     change = (played.figures - question.intended)[:, MOMENT.stop - 1]
     return np.asarray(change[question.samples >= question.samples[0] + SETTLING])
+
+
+@pytest.mark.long(seconds=20)
+def test_a_heading_that_was_found_is_part_of_the_recorded_movement(tmp_path: Path) -> None:
+    sssi_exudyn.simulate(EXAMPLES / "intermediate", tmp_path, snow="carving", heading="track", seconds=":2.2")
+    stored = read_run(tmp_path)
+    run = recorded_run(stored, tmp_path)
+    assert run.snow_turns
+    assert not run.model.heading.is_found
+    played = Question(run, run.model, "path").as_recorded.run
+    places = np.stack([np.interp(stored.time, played.time, column) for column in played.com[:, :2].T], axis=1)
+    # coarse steps move a run with the captured heading by 0.09 m, which one that turns by 17 degrees more doubles; with
+    # the captured heading in place of that one they would be metres apart
+    assert np.max(np.linalg.norm(stored.com[:, :2] - places, axis=1)) < 0.25
 
 
 def test_nothing_changed_gives_the_recorded_run() -> None:
