@@ -26,7 +26,7 @@ from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.simulation.full.run import simulate
-from sssi_exudyn.sweeps.asked_model import COMMAND, change_model, check_gates, gates_of
+from sssi_exudyn.sweeps.asked_model import COMMAND, change_model, check_gates, check_steering, gates_of
 from sssi_exudyn.what_if.answer import WhatIf, answer_of, off_path, seconds_lost
 from sssi_exudyn.what_if.fastest import solutions
 from sssi_exudyn.what_if.intent import SPEED
@@ -77,6 +77,7 @@ def ask(
     with lock_of(out):
         stored = _stored(folder, out, progress)
         recorded = recorded_run(stored, folder)
+        check_steering(recorded, keep, COMMAND, "--keep")
         asked = change_model(recorded.model, changes, ski)
         with progress.stage("what if") as stage:
             question = Question(recorded, asked, keep, gates_of(changes))

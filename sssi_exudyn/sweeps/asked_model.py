@@ -19,6 +19,7 @@ from sssi_exudyn.core.text import did_you_mean, one_line
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.sweeps.parameters import Parameter, numbers_of, parameters_of, reshape
 from sssi_exudyn.what_if.gates import Gates
+from sssi_exudyn.what_if.recorded_run import RecordedRun
 
 COMMAND: Final = "sssi whatif"
 _START_SPEED: Final = Parameter("start.speed", "m/s", 0.5, 50.0, "speed along the slope at the start")
@@ -69,6 +70,13 @@ def check_gates(names: Iterable[str], keep: Keep, file: Path | str, place: str) 
     if keep not in _PATH and any(NumberRef(name).part == "gates" for name in names):
         problem = f"gates that stand elsewhere are another path, and {keep} keeps none"
         raise InputError(file, place, problem, f"keep one of: {', '.join(_PATH)}")
+
+
+def check_steering(recorded: RecordedRun, keep: Keep, file: Path | str, place: str) -> None:
+    """Raise InputError where the snow decides the heading of a skier who keeps nothing to steer for."""
+    if recorded.snow_turns and keep == "movement":
+        problem = "the snow decides the heading, and a skier who plays the recorded movement steers nowhere"
+        raise InputError(file, place, problem, "keep the path or the rhythm, or fit with --heading replay")
 
 
 def gates_of(changes: Mapping[str, float]) -> Gates:

@@ -17,13 +17,13 @@ from sssi_exudyn.motion.correction_file import FILE as POSTURE
 from sssi_exudyn.results.folder import MODEL, SERIES, SKELETON, SUMMARY
 from sssi_exudyn.results.stored import read_run
 from sssi_exudyn.runtime.cache import fingerprint
-from sssi_exudyn.sweeps.asked_model import askable, change_model, check_gates, gates_of
+from sssi_exudyn.sweeps.asked_model import askable, change_model, check_gates, check_steering, gates_of
 from sssi_exudyn.sweeps.file import SweepFile
 from sssi_exudyn.sweeps.outputs import Column, Figures, complete
 from sssi_exudyn.sweeps.parameters import SKIS, Parameter, Values
 from sssi_exudyn.terrain.file import FILE as SURFACE
 from sssi_exudyn.what_if.answer import departures, last_passed, off_path, reasons_of, seconds_lost
-from sssi_exudyn.what_if.corrections import EDGING, FORE_AFT, LEAN, PLOUGH, STEERING
+from sssi_exudyn.what_if.corrections import EDGING, FORE_AFT, HEADING, LEAN, PLOUGH, STEERING
 from sssi_exudyn.what_if.fastest import solutions
 from sssi_exudyn.what_if.intent import STRICT_PATH_SIGMA
 from sssi_exudyn.what_if.limits import imbalance, run_figures
@@ -42,7 +42,7 @@ COLUMNS: Final = (
     Column("off_path_largest_m", "m", "largest distance from the recorded path"),
     *(
         Column(f"max_{part.name}_{part.in_files[0]}", part.in_files[0], f"largest size of the {part.meaning}")
-        for part in (LEAN, FORE_AFT, STEERING, EDGING, PLOUGH)
+        for part in (LEAN, FORE_AFT, STEERING, EDGING, PLOUGH, HEADING)
     ),
     Column("mean_speed_mps", "m/s", "of the centre of mass, over time"),
     Column("max_force_bodyweights", "1", "largest normal force on both skis, in body weights"),
@@ -75,7 +75,9 @@ def check_numbers(file: SweepFile, names: tuple[str, ...]) -> None:
     """Raise InputError for a result that no what-if can be asked of, and for a number that its model lacks."""
     check_gates(names, file.keep, file.path, "keep")
     for folder in file.folders:
-        known = askable(recorded_run(read_run(folder), folder).model.terms)
+        recorded = recorded_run(read_run(folder), folder)
+        check_steering(recorded, file.keep, file.path, "keep")
+        known = askable(recorded.model.terms)
         for name in names:
             if name not in known and name != SKIS:
                 problem = f"the model in {folder.name} has no number {name!r}"

@@ -71,7 +71,8 @@ class WhatIf:
     compared_until_s : instant of the recorded run at whose place both runs are compared: its end, or the last place
         that the asked run comes to, where ``comes_to_the_end`` is false
     seconds_lost : at that place
-    seconds_low, seconds_high : 90 % interval from the covariance of the fit
+    seconds_low, seconds_high : 90 % interval from the covariance of the fit; null where the run is not skiable, as
+        derivatives there say nothing
     stricter : what a stricter skier makes of it, as how strictly a path is kept has no source; null where none is
         kept so
     seconds_per_unit : derivative of ``seconds_lost`` by each number of the model, in the number's unit
@@ -89,8 +90,8 @@ class WhatIf:
     skiable: bool
     reasons: tuple[str, ...]
     seconds_lost: float
-    seconds_low: float
-    seconds_high: float
+    seconds_low: float | None
+    seconds_high: float | None
     compared_until_s: float
     comes_to_the_end: bool
     stricter: Stricter | None
@@ -146,8 +147,8 @@ def answer_of(
         skiable=not reasons,
         reasons=reasons,
         seconds_lost=end,
-        seconds_low=end - spread,
-        seconds_high=end + spread,
+        seconds_low=None if reasons else end - spread,
+        seconds_high=None if reasons else end + spread,
         compared_until_s=float(question.samples[last]),
         comes_to_the_end=last == len(lost) - 1,
         stricter=None if strict is None else _stricter(strict),
@@ -295,8 +296,9 @@ def lines_of(answer: WhatIf) -> list[str]:
     """Return the answer in lines."""
     asked = ", ".join(f"{name} = {value}" for name, value in answer.changes.items()) or "nothing changed"
     until = "" if answer.comes_to_the_end else f" until {answer.compared_until_s:.1f} s"
-    seconds = f"{_lost(answer.seconds_lost)}{until} (90 % interval of the loss {answer.seconds_low:.2f} to "
-    seconds += f"{answer.seconds_high:.2f} s)"
+    seconds = f"{_lost(answer.seconds_lost)}{until}"
+    if answer.seconds_low is not None and answer.seconds_high is not None:
+        seconds += f" (90 % interval of the loss {answer.seconds_low:.2f} to {answer.seconds_high:.2f} s)"
     hurry = ", as fast as the limits let him" if answer.keep == "line" else ""
     departs = ", ".join(f"{part.name} {part.largest:.2g} {part.unit}" for part in answer.corrections)
     lines = [

@@ -15,7 +15,7 @@ import numpy as np
 from sssi_exudyn.analysis.biomechanics import WEDGE_DEG
 from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.what_if.corrections import EDGING, FORE_AFT, LEAN, PLOUGH, STEERING, Correction
+from sssi_exudyn.what_if.corrections import EDGING, FORE_AFT, HEADING, LEAN, PLOUGH, STEERING, Correction
 
 PLACE, MOMENT, EDGE, SPEED = slice(0, 2), slice(2, 5), slice(5, 7), slice(7, 8)
 FIGURES: Final = 8
@@ -37,6 +37,9 @@ STRICT_PATH_SIGMA: Final = 0.1
 MOMENT_SIGMA: Final = 10.0
 """N m by which the averaged residual moment may differ from the recorded run's: chosen, the weight of a skier of 78 kg
 13 mm from where the snow bears it."""
+TURNING_SIGMA: Final = 2.0
+"""N m of the same about the slope's normal where the snow decides the heading: 0.06 degrees of the two springs of 1000
+N m/rad in which skis yaw below the feet, so that the heading is what the snow makes it."""
 EDGE_SIGMA: Final = float(np.radians(1.0))
 """rad; captures see edge angles no better."""
 SPEED_SIGMA: Final = 0.1
@@ -73,25 +76,34 @@ INTENTS: Final[Mapping[Keep, Intent]] = {
 }
 
 
-def intent_of(keep: Keep, between_skis: float) -> Intent:
+def intent_of(keep: Keep, between_skis: float, *, snow_turns: bool = False) -> Intent:
     """Return what is kept by a skier whose skis make an angle of ``between_skis`` (rad, mean over the run).
 
     A skier in a wedge keeps his speed by its width; skis that are parallel are skidded more or less.
+
+    snow_turns : whether the snow decides the heading: the skier then steers by the edge angle
     """
     intent = INTENTS[keep]
+    if snow_turns:
+        return replace(intent, corrections=(*_BODY, STEERING, EDGING, HEADING))
     if keep == "speed" and np.degrees(between_skis) >= WEDGE_DEG:
         return replace(intent, corrections=(*_BODY, STEERING, PLOUGH))
     return intent
 
 
-def weights_of(keep: Keep, samples: Array, way: Array, path_sigma: float = PATH_SIGMA) -> Array:
+def weights_of(
+    keep: Keep, samples: Array, way: Array, path_sigma: float = PATH_SIGMA, *, snow_turns: bool = False
+) -> Array:
     """Return the weights (n, r, ``FIGURES``) of differences at ``samples`` (n,) s of the recorded clock.
 
     way : (n, 2) directions of the recorded path;  path_sigma : m across it
+    snow_turns : whether the snow decides the heading
     """
     inner = (samples >= samples[0] + SETTLING) & (samples <= samples[-1] - SETTLING)
     moments = np.zeros((len(samples), 3, FIGURES))
     moments[:, range(3), range(MOMENT.start, MOMENT.stop)] = inner[:, None] / MOMENT_SIGMA
+    if snow_turns:
+        moments[samples >= samples[0] + SETTLING, 2, MOMENT.stop - 1] = 1.0 / TURNING_SIGMA
     kept = np.zeros((len(samples), 2, FIGURES))
     if keep in ("path", "line"):
         kept[:, 0, PLACE] = way / ALONG_SIGMA

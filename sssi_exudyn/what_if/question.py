@@ -39,6 +39,7 @@ from sssi_exudyn.what_if.intent import (
     LOOK_AHEAD,
     MOMENT,
     NOTICED,
+    PATH_SIGMA,
     PLACE,
     SAMPLING,
     SPEED,
@@ -117,6 +118,10 @@ class Question:
     squares over the whole run would otherwise have him faster all the way to a patch of slow snow.  A
     skier who keeps his line to be fast may change his run from its start on.
 
+    Where the snow decides the heading, the skier turns about gravity as the residual moment there demands.  That moment
+    then is weighed as a law, and not as a skill.  Integrated forward from the start without
+    steering, the heading would part from any intended one within seconds.
+
     Raises SimulationDiverged when the recorded movement cannot be simulated on the recorded or on the asked model.
     """
 
@@ -141,7 +146,7 @@ class Question:
         )
         self.supports = Supports(motion.start, motion.stop, motion.start)
         self.unchanged = self.play(np.zeros(self.size))
-        self.weights = weights_of(keep, self.samples, self.way)
+        self.weights = self._weights(PATH_SIGMA)
         begin = motion.start if keep == "line" else self._met() - LOOK_AHEAD
         self.supports = Supports(motion.start, motion.stop, begin)
 
@@ -154,8 +159,11 @@ class Question:
     def stricter(self) -> Question:
         """Return the same question for a skier who keeps his path to ``STRICT_PATH_SIGMA``."""
         other = copy(self)
-        other.weights = weights_of(self.keep, self.samples, self.way, STRICT_PATH_SIGMA)
+        other.weights = self._weights(STRICT_PATH_SIGMA)
         return other
+
+    def _weights(self, path_sigma: float) -> Array:
+        return weights_of(self.keep, self.samples, self.way, path_sigma, snow_turns=self.recorded.snow_turns)
 
     @cached_property
     def intent(self) -> Intent:
@@ -163,7 +171,8 @@ class Question:
         left, right = np.moveaxis(self.as_recorded.prepared.foot_rotation[:, :, :2, 0], 1, 0)
         across = left[:, 0] * right[:, 1] - left[:, 1] * right[:, 0]
         # from the left ski to the right one anticlockwise, seen from above: tips together
-        return intent_of(self.keep, float(np.mean(np.arctan2(across, np.sum(left * right, axis=1)))))
+        between = float(np.mean(np.arctan2(across, np.sum(left * right, axis=1))))
+        return intent_of(self.keep, between, snow_turns=self.recorded.snow_turns)
 
     @cached_property
     def intended(self) -> Array:
@@ -196,7 +205,8 @@ class Question:
         """Return the corrections (n, c), in rad and m, at instants (n,) of the recorded clock (s)."""
         several = self.intent.corrections
         amplitudes = unknowns[: self.supports.count * len(several)].reshape(len(several), self.supports.count)
-        return np.asarray(self.supports.at(recorded) @ amplitudes.T * [correction.scale for correction in several])
+        factors = np.array([self.supports.of(correction) for correction in several]).reshape(amplitudes.shape)
+        return np.asarray(self.supports.at(recorded) @ (factors * amplitudes).T)
 
     def added(self, unknowns: Array) -> Array:
         """Return the angles (nodes, 28) rad that the corrections add to the recorded ones."""
@@ -283,7 +293,8 @@ class Question:
         changes: list[TableChange] = []
         for correction, angles in zip(self.intent.corrections, self._directions.at(on_grid), strict=True):
             responses = moving.responses(angles)
-            changes += [responses.change(correction.scale * shape) for shape in shapes.T]
+            factors = self.supports.of(correction)
+            changes += [responses.change(factor * shape) for factor, shape in zip(factors, shapes.T, strict=True)]
         if self.intent.paced:
             responses = moving.responses(played.motion.evaluate(moving.grid)[1])
             later = played.pace.later(self._pace_splines)(on_tables)

@@ -16,6 +16,7 @@ from scipy.interpolate import make_interp_spline
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.model.heading import REPLAY
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion, spline_motion
 from sssi_exudyn.results.folder import SKELETON
@@ -33,10 +34,12 @@ class RecordedRun:
 
     model : as fitted; it starts with the pelvis' place and velocity, and has no posture correction and no sensors
     motion : the corrected movement
+    snow_turns : whether the snow decides the heading of a run that differs from this one
     """
 
     model: Model
     motion: Motion
+    snow_turns: bool = False
 
     def until(self, stop: float) -> RecordedRun:
         """Return the run up to ``stop`` (s), or all of it where it is shorter."""
@@ -44,15 +47,12 @@ class RecordedRun:
 
 
 def recorded_run(stored: StoredRun, folder: Path) -> RecordedRun:
-    """Return the run of the result in ``folder``.
+    """Return the run of the result in ``folder``.  A heading that was found is part of its movement.
 
-    Raises InputError for a result without a skeleton, one that is too short, and one whose heading the snow decided.
+    Raises InputError for a result without a skeleton, and one that is too short.
     """
     if stored.geometry is None:
         raise InputError(folder / SKELETON, "", "the result has no skeleton", "fit the recording again")
-    if stored.model.heading.is_found:
-        problem = "the snow decided the heading of this run, and a what-if plays the captured one"
-        raise InputError(folder, "heading", problem, "fit with --heading replay")
     time = stored.time
     if time[-1] - time[0] < _SHORTEST:
         raise InputError(folder, "", f"the run lasts less than {_SHORTEST:g} s", "use a longer run")
@@ -66,7 +66,8 @@ def recorded_run(stored: StoredRun, folder: Path) -> RecordedRun:
     nodes = nodes_of(float(time[0]), float(time[-1]))
     smooth = np.asarray(make_interp_spline(time, angles, k=5)(nodes))
     motion = spline_motion(stored.geometry, stored.model.inclination, nodes, smooth)
-    return RecordedRun(replace(stored.model, posture=None, sensors=(), start=start), motion)
+    model = replace(stored.model, posture=None, sensors=(), start=start, heading=REPLAY)
+    return RecordedRun(model, motion, stored.model.heading.is_found)
 
 
 def nodes_of(start: float, stop: float) -> Array:

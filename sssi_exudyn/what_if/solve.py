@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
@@ -17,6 +18,8 @@ _SETTLED: Final = 0.02
 """Scales of any unknown by which the last round moves at most."""
 _GAINED: Final = 1e-3
 """Share of the cost below which a round gains nothing more."""
+_GAINED_BY_EDGES: Final = 0.02
+"""The same where edges cut: their walls yield and hold again, at whose kinks rounds go on gaining next to nothing."""
 _LITTLE: Final = 1.0
 """Cost of which a share counts where it is less: a figure by its standard deviation."""
 _DAMPINGS: Final = (0.0, 0.3, 3.0, 30.0, 300.0, 3000.0)
@@ -58,38 +61,39 @@ def solve(
     unknowns = np.zeros(question.size) if nearby is None else nearby.unknowns
     played = question.unchanged if nearby is None else nearby.played
     cost, converged, rounds = question.cost(unknowns, played), question.size == 0, 0
+    least = _GAINED_BY_EDGES if is_carved(question.asked.terms) else _GAINED
     by_unknown = question.linearise(unknowns, played)
     while not converged and rounds < most:
         rounds += 1
         jacobian = question.jacobian(by_unknown)
         slope = jacobian.T @ question.residual(unknowns, played)
         slope = slope + question.worth * question.later_at_end_by(by_unknown, played)
-        step, tried, value = _step(question, unknowns, (cost, slope), jacobian)
+        step, tried, value = _step(question, unknowns, (cost, slope), jacobian, least)
         if tried is None:
             converged = not np.any(step)
             break
         gained, moved = cost - value, float(np.max(np.abs(step)))
         unknowns, played, cost = unknowns + step, tried, value
         by_unknown = question.linearise(unknowns, played)
-        converged = moved < _SETTLED or gained < _GAINED * max(abs(cost), _LITTLE)
+        converged = moved < _SETTLED or gained < least * max(abs(cost), _LITTLE)
         progress(None, f"round {rounds}: moved by {moved:.2f} scales, misfit {cost:.1f}")
     return Solution(question, unknowns, played, by_unknown, cost, rounds, converged)
 
 
 def _step(
-    question: Question, unknowns: Array, here: tuple[float, Array], jacobian: Array
+    question: Question, unknowns: Array, here: tuple[float, Array], jacobian: Array, least: float
 ) -> tuple[Array, Played | None, float]:
     """Return the step, the run after it, and the cost there.  There is no run where no step lessens it, and no step
     where the undamped one promises nothing.
 
-    here : the cost, and its slope (size,)
+    here : the cost, and its slope (size,);  least : share of the cost that is worth a step
     """
     cost, slope = here
     curvature = jacobian.T @ jacobian
     for damping in _DAMPINGS:
         step = np.asarray(-np.linalg.solve(curvature + damping * np.eye(len(slope)), slope), dtype=np.float64)
         promised = -float(slope @ step + 0.5 * step @ curvature @ step)
-        if damping == 0.0 and promised < _GAINED * max(abs(cost), _LITTLE):
+        if damping == 0.0 and promised < least * max(abs(cost), _LITTLE):
             return np.zeros(len(slope)), None, cost
         try:
             played = question.play(unknowns + step)

@@ -13,7 +13,7 @@ import sssi_exudyn
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.sweeps.sweep import resume, sweep
-from sssi_exudyn.what_if.answer import WhatIf
+from sssi_exudyn.what_if.answer import WhatIf, lines_of
 
 pytestmark = pytest.mark.long(seconds=20)
 
@@ -49,6 +49,13 @@ def test_an_answer_and_a_row_of_a_sweep_are_the_same(result: Path, tmp_path: Pat
     runs = pd.read_csv(tmp_path / "answer" / "runs.csv")
     assert set(runs["run"]) == {"recorded", "asked"}
     assert (tmp_path / "answer" / "whatif.png").stat().st_size > 0
+
+
+def test_an_answer_that_is_refused_has_no_interval(result: Path) -> None:
+    answer = sssi_exudyn.whatif(result, changes=["wind.w_f=-20"], keep="movement", reduced=True)
+    assert not answer.skiable
+    assert (answer.seconds_low, answer.seconds_high) == (None, None)
+    assert not any("interval" in line for line in lines_of(answer))
 
 
 def test_the_movement_alone_need_not_come_to_the_end(result: Path) -> None:

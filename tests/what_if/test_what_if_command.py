@@ -12,7 +12,8 @@ import sssi_exudyn
 from sssi_exudyn.commands.what_if import read_changes
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.sweeps.asked_model import change_model
+from sssi_exudyn.sweeps.asked_model import change_model, check_steering
+from sssi_exudyn.what_if.recorded_run import RecordedRun
 
 
 @pytest.mark.parametrize("text", ["friction.mu_t", "friction.mu_t=", "friction.mu_t=much", "friction.mu_t=nan"])
@@ -64,6 +65,14 @@ def test_a_law_that_replaces_another_cannot() -> None:
 def test_gates_need_a_path_that_is_kept(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="speed keeps none"):
         sssi_exudyn.whatif(tmp_path, changes=["gates.distance=0.9"], keep="speed")
+
+
+def test_who_plays_the_recorded_movement_steers_nowhere() -> None:
+    recording, motion = bundled("beginner")
+    run = RecordedRun(model_of(recording, motion), motion, snow_turns=True)
+    with pytest.raises(InputError, match="steers nowhere"):
+        check_steering(run, "movement", "sweep.toml", "keep")
+    check_steering(run, "path", "sweep.toml", "keep")
 
 
 def test_an_unknown_ski_is_refused() -> None:
