@@ -132,7 +132,9 @@ def run_tangents(
     slopes: dict[str, Array] = {}
     for group, (_, derivatives_in_group) in zip(groups, passes, strict=True):
         for name, array in derivatives_in_group.items():
-            slopes.setdefault(name, np.zeros((*array.shape[:-1], len(makers))))[..., group] = array
+            # those by one number are read together: each in one piece of memory
+            pieces = np.moveaxis(np.zeros((len(makers), *array.shape[:-1])), 0, -1)
+            slopes.setdefault(name, pieces)[..., group] = array
     return passes[0][0], ReducedRun(**slopes)
 
 
@@ -226,7 +228,10 @@ def along(run: ReducedRun, slopes: ReducedRun, index: int) -> ReducedRun:
     """Return the run with the complex step of one of the numbers that it was differentiated by."""
     parts = {entry.name: getattr(run, entry.name) for entry in fields(ReducedRun)}
     for name in parts.keys() - {"time"}:
-        parts[name] = parts[name] + 1j * STEP * getattr(slopes, name)[..., index]
+        stepped = np.empty(parts[name].shape, dtype=np.complex128)
+        stepped.real = parts[name]
+        np.multiply(getattr(slopes, name)[..., index], STEP, out=stepped.imag)
+        parts[name] = stepped
     return ReducedRun(**parts)
 
 
