@@ -29,8 +29,8 @@ from sssi_exudyn.core.choices import Cluster
 from sssi_exudyn.sweeps import sweep as sweeps
 from sssi_exudyn.sweeps.file import sweep_from
 from sssi_exudyn.sweeps.plan import plan_sweep
-from sssi_exudyn.sweeps.workers import scheduler as sweep_scheduler
 from sssi_exudyn.sweeps.workers.pools import pool_of
+from sssi_exudyn.sweeps.workers.scheduler import Work, do_all
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 RUNS = 500
@@ -73,13 +73,9 @@ def handing(cluster: Cluster | None, count: int = 2000) -> float:
     settings = {"format": 1, "recordings": [str(EXAMPLES / "beginner")], "parameter": [low]}
     plan = plan_sweep(sweep_from(settings, Path("sweep")))
     times: list[float] = []
-    sweep_scheduler.perform, real = nothing, sweep_scheduler.perform
-    try:
-        with tempfile.TemporaryDirectory() as folder:
-            report = lambda _run, _status: times.append(time.process_time())  # noqa: E731
-            sweep_scheduler.do_all(Path(folder), plan.job, plan.runs(), pool_of(None, cluster, Path(folder)), 2, report)
-    finally:
-        sweep_scheduler.perform = real
+    with tempfile.TemporaryDirectory() as folder:
+        work = Work(Path(folder), plan.job, nothing, "another call")
+        do_all(work, plan.runs(), pool_of(None, cluster, Path(folder)), 2, lambda *_: times.append(time.process_time()))
     return (times[-1] - times[0]) / (count - 1)
 
 
