@@ -305,7 +305,7 @@ def _start_tangents(
         load = np.array(
             [slope_of(load_at_start(tables, given + 1j * STEP * share[:, k])) for k, tables in enumerate(moving)]
         )
-        eta, place[2], share = _rest_tangents(kernel, parameters, contact, at, start, rest, place, load, inputs)
+        eta, place[2], share = _rest_tangents(parameters, contact, at, start, rest, place, load, inputs)
         given = rest.share
     rising, own = zip(
         *(
@@ -322,14 +322,15 @@ def _start_tangents(
 
 
 def _rest_tangents(
-    kernel: Any, parameters: LawParameters, contact: ModalContact, at: Prepared, start: StartOfRun, rest: Rest,
-    place: Array, load: Array, inputs: TangentInputs,
+    parameters: LawParameters, contact: ModalContact, at: Prepared, start: StartOfRun, rest: Rest, place: Array,
+    load: Array, inputs: TangentInputs,
 ) -> tuple[Array, Array, Array]:  # fmt: skip
     """Return derivatives of the modes' amplitudes (2k, d), of the pelvis' height (d,) and of the feet's shares (2, d)
     at rest.
 
     place : (3, d) of the pelvis, its height not yet counted;  load : (d,) N
     """
+    kernel = reduced_module()
     many, modes, count = len(load), len(contact.omega), len(inputs.columns.index)
     fixed = MODES + 2 * modes
     still, none = (0.0, 0.0, 0.0), np.zeros(modes)
