@@ -30,6 +30,7 @@ check: $(VENV)/.installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/mypy benchmarks
 	$(BIN)/mypy --config-file tests/signatures.ini --cache-dir .mypy_cache/tests tests
 	$(BIN)/lint-imports
 	$(BIN)/pylint --disable=all --enable=duplicate-code sssi_exudyn

@@ -14,7 +14,7 @@ import argparse
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -65,10 +65,10 @@ def judge(base: Recorded, seconds: float, seed: int) -> dict[str, object]:
     }
 
 
-def summary(runs: list[dict[str, object]]) -> dict[str, object]:
+def summary(runs: list[dict[str, Any]]) -> dict[str, Any]:
     """Return by number how many intervals hold the truth, and error over standard error: mean and root mean square."""
     complete = [run for run in runs if "numbers" in run]
-    result: dict[str, object] = {"runs": len(runs), "diverged": len(runs) - len(complete)}
+    result: dict[str, Any] = {"runs": len(runs), "diverged": len(runs) - len(complete)}
     for name in NUMBERS:
         of_runs = [run["numbers"][name] for run in complete]
         z = np.array([2.0 * HALF * (n["value"] - n["true"]) / (n["high"] - n["low"]) for n in of_runs])

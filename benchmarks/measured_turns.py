@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -76,7 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     figures = {**rig_figures(), **torsion_figures(), **sidecut_figures(), **drag_areas()}
     print("rig: done", flush=True)
     for name in NAMES:
-        run = kept(chosen.runs / name, lambda out, name=name: sssi_exudyn.run(ROOT / "examples" / name, out))
+        run = kept(chosen.runs / name, partial(sssi_exudyn.run, ROOT / "examples" / name))
         figures |= run_figures(run, name)
         print(f"{name}: done", flush=True)
         for key, value in errors_from_fixes(run, name, chosen.runs).items():
@@ -260,7 +261,7 @@ def rig_figures() -> dict[str, float]:
     """Return how slalom_165 bends by edge angle and load, and its radii at Reid's edge angles."""
     ski = read_ski("slalom_165", Path())
     little, much = (bending(ski, EDGES_DEG, load)[0] for load in LOADS)
-    places = np.corrcoef(np.vstack([little, much]).T)
+    places = np.asarray(np.corrcoef(np.vstack([little, much]).T), dtype=np.float64)
     radii = bending(ski, (60.0, 65.7, 71.0), TurnCase().load)[1]
     front, rear = much[-1, 3:].mean(), much[-1, :3].mean()
     return {

@@ -73,7 +73,7 @@ def changes_apart(truth: list[tuple[str, float, float]], detected: list[Turn]) -
     labels, starts = np.array([start for _, start, _ in truth[1:]]), np.array([turn.start for turn in detected[1:]])
     if not len(labels) or not len(starts):
         return np.zeros(0)
-    return labels - starts[np.argmin(np.abs(labels[:, None] - starts), axis=1)]
+    return np.asarray(labels - starts[np.argmin(np.abs(labels[:, None] - starts), axis=1)])
 
 
 def main(folders: list[Path]) -> None:

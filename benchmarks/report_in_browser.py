@@ -202,7 +202,7 @@ def played_together(browser: Browser) -> bool:
         " const data = JSON.parse(box.querySelector('script').textContent);"
         " return box.querySelector('[name=time]').value * (data.frames - 1) / data.rate; })"
     )
-    return min(seconds) > 0.1 and max(seconds) - min(seconds) < 1e-6
+    return bool(min(seconds) > 0.1 and max(seconds) - min(seconds) < 1e-6)
 
 
 def touched(browser: Browser) -> bool:

@@ -54,7 +54,8 @@ class Row:
         odds = (self.after or self.before) if with_second else self.before
         hidden = self.hidden
         if not by_name:
-            kind, total = _keeps_to(hidden), {}
+            kind = _keeps_to(hidden)
+            total: dict[str, float] = {}
             for name, probability in odds.items():
                 total[_keeps_to(name)] = total.get(_keeps_to(name), 0.0) + probability
             odds, hidden = total, kind

@@ -91,10 +91,10 @@ def main() -> None:
     parser.add_argument("--stated", type=float, default=2.0)
     chosen = parser.parse_args()
     linear, at = linearised(chosen.stated)
-    by_class = observations.usual_levels
+    by_class = usual_levels
     for kind, noise in KINDS.items():
         for declared, usual in (("alike", alike), ("by class", by_class)):
-            observations.usual_levels = usual
+            observations.usual_levels = usual  # type: ignore[attr-defined]
             rng = np.random.default_rng(chosen.seed)
             z, errors, sizes = (
                 np.array(rows)

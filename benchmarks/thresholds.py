@@ -105,7 +105,7 @@ for _name in ("lt", "le", "gt", "ge"):
 for _name in ("add", "sub", "mul", "truediv", "pow"):
     setattr(Traced, f"__{_name}__", _computation(f"__{_name}__"))
     setattr(Traced, f"__r{_name}__", _computation(f"__r{_name}__"))
-Traced.__neg__ = _computation("__neg__")
+setattr(Traced, "__neg__", _computation("__neg__"))  # noqa: B010 - a method that mypy knows is assigned
 
 
 def remembered(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -164,7 +164,8 @@ def study(made: Made, done: set[tuple[str, float]], write: Callable[[Row], None]
 
     numbers = {field.name: getattr(THRESHOLDS, field.name) for field in fields(THRESHOLDS)}
     traced = {name: Traced(value) for name, value in numbers.items() if isinstance(value, float)}
-    before = outcome(replace(THRESHOLDS, **traced))
+    changed_numbers: dict[str, Any] = dict(traced)
+    before = outcome(replace(THRESHOLDS, **changed_numbers))
     for name, value in numbers.items():
         for factor in (FACTOR, 1.0 / FACTOR):
             if (name, factor) in done:

@@ -15,6 +15,7 @@ import json
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -27,12 +28,13 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.few_sensors.few_sensors_fit import path_data
 from sssi_exudyn.fitting.few_sensors.path_balance import PathEstimate, estimate_path
 from sssi_exudyn.fitting.first_fit import COARSE_STEP
+from sssi_exudyn.importing.answers import AnswerOptions
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.simulation.reduced.prepared import prepare
 
 NAMES = {"carving": 0, "skidded": 1, "snowplow": 2}
-EQUIPMENT = {
+EQUIPMENT: Final[AnswerOptions] = {
     "mass_kg": 75.0,
     "height_m": 1.75,
     "sex": "male",

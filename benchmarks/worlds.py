@@ -54,6 +54,11 @@ SMALL: Final = 0.01
 """Share of an effect by which its linear response is measured."""
 LISTED: Final = (*PHYSICS, *SENSOR)
 
+Row = tuple[str, float, float, str, float, bool, float]
+"""What is hidden in a run and its strength; probabilities of nothing and of the best name; whether that is right; the
+probability of the truth.
+"""
+
 
 @dataclass(frozen=True)
 class Drawn:
@@ -168,7 +173,7 @@ def answer_of(hidden: str, names: Sequence[str]) -> list[int]:
 
 def figures(runs: Sequence[Drawn], weigher: str) -> dict[str, float]:
     """Return the figures of a weigher over the runs of all stretches."""
-    rows: list[tuple[str, float, float, str, float, bool, float]] = []
+    rows: list[Row] = []
     for run in runs:
         names, table = run.weighed[weigher]
         unknown = answer_of(next(iter(UNKNOWN)), names)
@@ -181,20 +186,20 @@ def figures(runs: Sequence[Drawn], weigher: str) -> dict[str, float]:
             p_true = nothing if hidden == NOTHING_MISSING else together.get(true, 0.0)
             rows.append((hidden, float(strength), nothing, best, together[best], best == true, p_true))
 
-    def share(of: Callable[[tuple], bool], among: Callable[[tuple], bool]) -> float:
+    def share(of: Callable[[Row], bool], among: Callable[[Row], bool]) -> float:
         chosen = [of(row) for row in rows if among(row)]
         return round(float(np.mean(chosen)), 3) if chosen else float("nan")
 
-    def is_found(row: tuple) -> bool:
+    def is_found(row: Row) -> bool:
         return bool(row[2] <= THRESHOLDS.stands_out)
 
-    def clear(names: Sequence[str]) -> Callable[[tuple], bool]:
+    def clear(names: Sequence[str]) -> Callable[[Row], bool]:
         return lambda row: row[0] in names and row[1] >= CLEAR
 
-    def said(row: tuple) -> bool:
+    def said(row: Row) -> bool:
         return is_found(row) and row[4] > THRESHOLDS.sure
 
-    def something(row: tuple) -> bool:
+    def something(row: Row) -> bool:
         return bool(row[0] != NOTHING_MISSING)
 
     return {

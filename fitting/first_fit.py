@@ -51,6 +51,8 @@ from sssi_exudyn.simulation.full.run import antenna_path
 from sssi_exudyn.simulation.reduced.prepared import STEP, Prepared, prepare
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 
+Responses = Callable[[Array], tuple[Array, Array]]
+"""From the parameters (k,) to residual (n, 2) m and the derivative (n, 2, k) of the simulated places."""
 NUISANCES: Final = (VELOCITY_F, VELOCITY_L, START_F, START_L, HEADING_OFFSET)
 START_VALUES: Final = {MU_T: 0.1, MU_N: 0.5}
 """Where the search starts (paper 2.4)."""
@@ -195,21 +197,22 @@ def fit(
     enough = _COARSE_TOLERANCE if coarse else _tolerance(problem)
     if is_carved(problem.model.terms):
         enough = _CARVED_TOLERANCE
-    reduced = _cached_search(cache, motion, problem, prepared, progress, enough if coarse else 10.0 * enough)
+    at = _reduced_responses(problem, prepared)
+    reduced = _cached_search(cache, motion, problem, at, progress, enough if coarse else 10.0 * enough)
     if method == "joint":  # the residual now tells what the noise is
-        residual, _ = _reduced(problem, prepared, reduced.values)
+        residual, _ = at(reduced.values)
         for _ in range(_ROUNDS):
             counts = counts_of(problem.track, residual)
             if np.all(np.abs(counts - problem.counts) < _COUNTING):
                 break  # otherwise fixes that are far off have bent the track by which they were found
             problem = problem.with_counts(counts)
             again = replace(problem, model=problem.model_at(reduced.values))
-            reduced = _cached_search(cache, motion, again, prepared, progress, 10.0 * enough)
-            residual, _ = _reduced(problem, prepared, reduced.values)
+            reduced = _cached_search(cache, motion, again, at, progress, 10.0 * enough)
+            residual, _ = at(reduced.values)
         problem = problem.with_noise(noise_of(problem, residual))
         again = replace(problem, model=problem.model_at(reduced.values))
-        reduced = _cached_search(cache, motion, again, prepared, progress, enough)
-    _, sensitivity = _reduced(problem, prepared, reduced.values)
+        reduced = _cached_search(cache, motion, again, at, progress, enough)
+    _, sensitivity = at(reduced.values)
     curvature = problem.curvature(sensitivity)
     seen: dict[bytes, Array] = {}
 
@@ -229,7 +232,7 @@ def fit(
         optimum = _search(problem, evaluate, reduced.values, _tolerance(problem))
         residual = run(optimum.values)
     else:
-        residual, _ = _reduced(problem, prepared, optimum.values)
+        residual, _ = at(optimum.values)
     noise = noise_of(problem, residual)
     return Fitted(
         method=method,
@@ -254,16 +257,16 @@ def noise_of(problem: Problem, residual: Array) -> ExponentialNoise:
 
 
 def _cached_search(
-    cache: Cache | None, motion: Motion, problem: Problem, prepared: Prepared, progress: Advance, tolerance: float
+    cache: Cache | None, motion: Motion, problem: Problem, at: Responses, progress: Advance, tolerance: float
 ) -> Optimum:
-    """Return ``fit_reduced``, or what it returned before an interrupt."""
+    """Return what the search on the reduced model gives, or what it returned before an interrupt."""
 
     def search() -> dict[str, np.ndarray]:
-        reduced_fit = fit_reduced(problem, prepared, progress, tolerance=tolerance)
+        reduced_fit = _search_reduced(problem, at, progress, tolerance)
         return {name: np.asarray(value) for name, value in asdict(reduced_fit).items()}
 
     if cache is None:
-        return fit_reduced(problem, prepared, progress, tolerance=tolerance)
+        return _search_reduced(problem, at, progress, tolerance)
     about = (problem.names, problem.priors, problem.weight, problem.counts, problem.track, model_to_dict(problem.model))
     shapes: Shapes = {
         "values": (len(problem.names),),
@@ -290,15 +293,20 @@ def fit_reduced(
     tolerance: float | None = None,
 ) -> Optimum:
     """Solve the problem with the reduced model, until the objective changes by less than ``tolerance``."""
+    enough = _tolerance(problem) if tolerance is None else tolerance
+    return _search_reduced(problem, _reduced_responses(problem, prepared), progress, enough)
+
+
+def _search_reduced(problem: Problem, at: Responses, progress: Advance, tolerance: float) -> Optimum:
+    """Solve the problem with the reduced model, of which ``at`` gives what fixes see."""
 
     def evaluate(values: Array) -> tuple[float, Array, Array]:
-        residual, sensitivity = _reduced(problem, prepared, values)
+        residual, sensitivity = at(values)
         progress(None, f"reduced model: {_description(problem, residual, values)}")
         slope = problem.gradient(residual, sensitivity, values)
         return problem.value(residual, values), slope, problem.curvature(sensitivity)
 
-    enough = _tolerance(problem) if tolerance is None else tolerance
-    return _search(problem, evaluate, problem.start, enough)
+    return _search(problem, evaluate, problem.start, tolerance)
 
 
 def _search(
@@ -339,15 +347,27 @@ def full_residual(problem: Problem, motion: Motion, values: Array, cache: Cache 
     return problem.residual(model, np.asarray(kept["time"]), np.asarray(kept["antenna"]))
 
 
-def _reduced(problem: Problem, prepared: Prepared, values: Array) -> tuple[Array, Array]:
-    """Return residual (n, 2) and the derivative (n, 2, k) of the simulated places."""
-    residual, derivative = sensitivities(
-        problem.model_at(values),
-        prepared,
-        problem.names,
-        lambda model, run: problem.residual(model, run.time, run.antenna),
-    )
-    return residual, -derivative
+def _reduced_responses(problem: Problem, prepared: Prepared) -> Responses:
+    """Return what gives residual (n, 2) and the derivative (n, 2, k) of the simulated places by the reduced model.
+
+    It keeps what it gave: searches by turns with weighing the fixes begin where the last one ended, and weights change
+    neither of both.
+    """
+    known: dict[bytes, tuple[Array, Array]] = {}
+
+    def at(values: Array) -> tuple[Array, Array]:
+        key = values.tobytes()
+        if key not in known:
+            residual, derivative = sensitivities(
+                problem.model_at(values),
+                prepared,
+                problem.names,
+                lambda model, run: problem.residual(model, run.time, run.antenna),
+            )
+            known[key] = residual, -derivative
+        return known[key]
+
+    return at
 
 
 def _tolerance(problem: Problem) -> float:

@@ -191,9 +191,10 @@ def refit(
     measurements: Measurements,
     whiten: Whitener,
     place: Callable[[Model], tuple[Model, Array]],
+    worth: float = np.inf,
 ) -> Refit:
     """Fit ``parameters`` from the model's values on; ``place`` gives the model on its snow surface, and what is added
-    (N,) to what the reduced model predicts of it.
+    (N,) to what the reduced model predicts of it.  The search gives up where it promises no J below ``worth``.
 
     Raises SimulationDiverged when the model cannot be simulated at all.
     """
@@ -216,7 +217,7 @@ def refit(
         seen[at.tobytes()] = predicted, sensitivity, curvature
         return 0.5 * float(residual @ residual + pull @ pull), -slopes.T @ residual + pull / sigmas, curvature
 
-    minimum = minimise_squares(evaluate, values, bounds, objective_tolerance=_ENOUGH, most=_MOST)
+    minimum = minimise_squares(evaluate, values, bounds, objective_tolerance=_ENOUGH, most=_MOST, worth=worth)
     predicted, sensitivity, curvature = seen[minimum.values.tobytes()]
     return Refit(
         place(with_parameters(model, parameters, minimum.values))[0],

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Final
 
 import nlopt
 import numpy as np
@@ -23,6 +24,9 @@ _REASONS = {
     nlopt.MAXEVAL_REACHED: "stopped: too many evaluations",
     nlopt.MAXTIME_REACHED: "stopped: out of time",
 }
+
+_TRIED: Final = 6
+"""Evaluations of a search before it gives up: most end within them, and what the first promise is far off."""
 
 
 @dataclass(frozen=True)
@@ -109,10 +113,11 @@ def minimise_squares(
     *,
     objective_tolerance: float,
     most: int = 60,
+    worth: float = np.inf,
 ) -> Optimum:
     """Minimise as ``minimise`` does, where ``function`` gives the Gauss-Newton curvature too.  SLSQP begins again, with
     the curvature there, from every point that is better than the one before, until a whole step would gain less than
-    the tolerance.
+    the tolerance.  It gives up where a whole step, after ``_TRIED`` evaluations, promises no value below ``worth``.
 
     Far from the optimum curvatures differ so much from place to place that what SLSQP learns of them on its way
     misleads it.
@@ -128,8 +133,11 @@ def minimise_squares(
     values = np.asarray(start, dtype=np.float64)
     while True:
         least, slope, curvature = at(values)
-        if 0.5 * slope @ np.linalg.solve(curvature, slope) < objective_tolerance:
+        promised = 0.5 * slope @ np.linalg.solve(curvature, slope)
+        if promised < objective_tolerance:
             return Optimum(values, least, len(known), True, _REASONS[nlopt.FTOL_REACHED])
+        if len(known) >= _TRIED and least - promised > worth:
+            return Optimum(values, least, len(known), False, "stopped: it promises too little")
         optimum = minimise(
             lambda x: at(x)[:2],
             values,

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -43,6 +44,7 @@ from sssi_exudyn.fitting.linearised_run import (
 from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.optimise import Optimum, minimise
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.runtime.threads import both
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
 MEASUREMENTS: Final = "measurements"
@@ -186,13 +188,8 @@ def find_posterior(
     setting = replace(setting, seen=seen)
     linearised, moved, kept = point.sizes, np.inf, True
     for rounds in range(1, ROUNDS + 1):
-        if rounds > 1:
-            bent = _BENT if moved > _STRAIGHT else _BENT_AT_THE_END
-            again = not kept or _bend(point, linearised) > bent or (comparing and moved < _ROUGHLY)
-            responses = linearise(setting, point) if again else linearise_numbers(setting, point, responses)
-            linearised = point.sizes if again else linearised
-            if not comparing:
-                setting = replace(setting, seen=seen.weighed(seen.measured - point.predicted, levels))
+        if rounds > 1 and not comparing:
+            setting = replace(setting, seen=seen.weighed(seen.measured - point.predicted, levels))
         levels, _ = best_levels(_linear_by_waves(setting, point, responses), levels)
         setting = setting.with_waves(levels.surface)
         solution = solve(setting, point, responses, levels)
@@ -204,14 +201,20 @@ def find_posterior(
         moved = float(np.max(np.abs(np.concatenate([changes, point.sizes - before.sizes]))))
         share = _share_done(rounds, moved, _ROUGHLY if comparing else _SETTLED, judged=full is not None)
         say(share, f"round {rounds}: moved by {moved:.2f} standard deviations, {_description(point.model)}")
-        if full is not None and (moved < _STRAIGHT or rounds == ROUNDS - 1):
-            say(None, "full model")
-            surplus = full(point.model) - (point.predicted - point.beyond)
-            surplus[setting.seen.moments] = 0.0
-            point = replace(point, predicted=point.predicted - point.beyond + surplus, beyond=surplus)
-            full = None
-        elif _ends(moved, _bend(point, linearised), roughly=comparing and kept and left < _CLOSE):
+        bend, roughly = _bend(point, linearised), comparing and kept and left < _CLOSE
+        judge = full if moved < _STRAIGHT or rounds == ROUNDS - 1 else None
+        if rounds == ROUNDS or (judge is None and _ends(moved, bend, roughly=roughly)):
             break
+        bent = _BENT if moved > _STRAIGHT else _BENT_AT_THE_END
+        again = not kept or bend > bent or (comparing and moved < _ROUGHLY)
+        following = partial(linearise, setting) if again else partial(linearise_numbers, setting, known=responses)
+        linearised = point.sizes if again else linearised
+        if judge is None:
+            responses = following(point)
+        else:  # on a core each
+            say(None, "full model")
+            responses, point = both(partial(following, point), partial(_judged, setting, point, judge))
+            full = None
     covariance, shares = _in_the_end(setting, point, responses, levels, solution)
     return Posterior(
         model=point.model,
@@ -228,6 +231,16 @@ def find_posterior(
         rounds=rounds,
         moved=moved,
     )
+
+
+def _judged(setting: Setting, point: Point, full: Callable[[Model], Array]) -> Point:
+    """Return the point with what the full model predicts of it beyond the reduced one.
+
+    Raises SimulationDiverged when its simulation does.
+    """
+    surplus = full(point.model) - (point.predicted - point.beyond)
+    surplus[setting.seen.moments] = 0.0
+    return replace(point, predicted=point.predicted - point.beyond + surplus, beyond=surplus)
 
 
 def _in_the_end(

@@ -118,9 +118,12 @@ class PostureErrors:
         """Return the angles (n, 28) rad of all errors together at the tables' instants, ``sizes`` (errors,) in standard
         deviations.
         """
-        total = np.zeros((len(self.time), len(PRESCRIBED)))
+        shapes = {kind: np.zeros(len(self.time)) for kind in self._responses}
         for error, size in zip(self.errors, sizes, strict=True):
-            total += size * self.direction(error)
+            shapes[error.kind, error.side] += size * error.sigma * self.profile(error, self.time)
+        total = np.zeros((len(self.time), len(PRESCRIBED)))
+        for kind, shape in shapes.items():
+            total += shape[:, None] * self._responses[kind].angles
         return total
 
     def direction(self, error: PostureError) -> Array:

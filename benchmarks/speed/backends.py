@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -55,14 +56,14 @@ def backends(model: Model, motion: Motion) -> dict[str, Any]:
     """
     run, _ = integrate(model, motion, stop=motion.start + 1.0)
     q, v, now, sections = run.record.q[-1], run.record.v[-1], run.system.now, run.parts.sections
-    all_forces, contact_part, forces = {}, {}, {}
+    all_forces: dict[str, float] = {}
+    contact_part: dict[str, float] = {}
+    forces: dict[str, Array] = {}
     for backend, count in PASSES.items():
         full, without_points = (forces_of(run, points, backend) for points in (sections, without_contact(sections)))
         forces[backend] = full.evaluate(q, v, now).copy()
-        all_forces[backend] = microseconds(lambda full=full: full.evaluate(q, v, now), count)
-        contact_part[backend] = all_forces[backend] - microseconds(
-            lambda without_points=without_points: without_points.evaluate(q, v, now), count
-        )
+        all_forces[backend] = microseconds(partial(full.evaluate, q, v, now), count)
+        contact_part[backend] = all_forces[backend] - microseconds(partial(without_points.evaluate, q, v, now), count)
         without = without_points.out
     law = model.term(HuntCrossley.name)
     assert isinstance(law, HuntCrossley)

@@ -14,6 +14,7 @@ import resource
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +72,7 @@ def full_model(model: Model, motion: Motion) -> dict[str, Any]:
         if reference is None:
             chosen = replace(chosen, solver=replace(chosen.solver, relative_tolerance=1e-6))
         repeats = 1 if reference is None else 2
-        wall, run = timed(lambda chosen=chosen, tree=tree: simulate(chosen, motion, tree=tree), repeats)
+        wall, run = timed(partial(simulate, chosen, motion, tree=tree), repeats)
         reference = run if reference is None else reference
         place = np.stack([np.interp(run.time, reference.time, column) for column in reference.antenna.T], axis=1)
         error = float(np.max(np.linalg.norm(run.antenna - place, axis=1)))
@@ -90,12 +91,10 @@ def name_of(step: float) -> str:
 
 def linearity(model: Model, motion: Motion) -> dict[str, Any]:
     """Return wall seconds by simulated seconds, and by elements."""
-    lengths = {s: timed(lambda s=s: simulate(model, motion, stop=motion.start + s))[0] for s in (2.0, 4.0, 8.0)}
+    lengths = {s: timed(partial(simulate, model, motion, stop=motion.start + s))[0] for s in (2.0, 4.0, 8.0)}
     elements = {
         n: timed(
-            lambda n=n: simulate(
-                replace(model, solver=replace(model.solver, elements=n)), motion, stop=motion.start + 2.0
-            )
+            partial(simulate, replace(model, solver=replace(model.solver, elements=n)), motion, stop=motion.start + 2.0)
         )[0]
         for n in (20, 50, 100)
     }
@@ -140,7 +139,7 @@ def main() -> None:
         factors["full"][name] = rows[usual]["real_time_factor"]
         factors["full_fast"][name] = rows[FAST]["real_time_factor"]
         prepared = prepare(model, motion)
-        wall, run = timed(lambda model=model, prepared=prepared: simulate_reduced(model, prepared), 3)
+        wall, run = timed(partial(simulate_reduced, model, prepared), 3)
         factors["reduced"][name] = float(np.ptp(run.time)) / wall
         if name == NAMES[0]:
             figures["backends"] = backends(model, motion)

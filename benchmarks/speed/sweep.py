@@ -1,6 +1,6 @@
-"""Use of the workers in sweeps: 500 runs of the reduced model on the example recordings, by pool and workers.
+"""Use of the workers in sweeps: runs of the reduced model on the example recordings, by pool and workers.
 
-    python benchmarks/speed/sweep.py --json FILE [--blocks 5]
+    python benchmarks/speed/sweep.py --json FILE [--runs 500] [--blocks 5]
 
 Pools take turns block by block, so that other work on the machine affects all of them.  For each pool
 
@@ -29,11 +29,10 @@ from sssi_exudyn.core.choices import Cluster
 from sssi_exudyn.sweeps import sweep as sweeps
 from sssi_exudyn.sweeps.file import sweep_from
 from sssi_exudyn.sweeps.plan import plan_sweep
-from sssi_exudyn.sweeps.workers import scheduler as sweep_scheduler
 from sssi_exudyn.sweeps.workers.pools import pool_of
+from sssi_exudyn.sweeps.workers.scheduler import Work, do_all
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-RUNS = 500
 POOLS: tuple[tuple[str, int, dict[str, Any]], ...] = (
     ("processes", 1, {}),
     ("processes", 2, {}),
@@ -43,9 +42,9 @@ POOLS: tuple[tuple[str, int, dict[str, Any]], ...] = (
 )
 
 
-def block(folder: Path, number: int, blocks: int, workers: int, options: dict[str, Any]) -> pd.DataFrame:
-    """Run one block and return its timings, with the s before its first run began."""
-    count = RUNS // blocks // 2
+def block(folder: Path, number: int, size: int, workers: int, options: dict[str, Any]) -> pd.DataFrame:
+    """Do a block of ``size`` runs and return its timings, with the s before its first run began."""
+    count = size // 2
     low, high = 0.04 + 0.001 * number, 0.12 + 0.001 * number
     settings = {
         "format": 1,
@@ -73,19 +72,16 @@ def handing(cluster: Cluster | None, count: int = 2000) -> float:
     settings = {"format": 1, "recordings": [str(EXAMPLES / "beginner")], "parameter": [low]}
     plan = plan_sweep(sweep_from(settings, Path("sweep")))
     times: list[float] = []
-    sweep_scheduler.perform, real = nothing, sweep_scheduler.perform
-    try:
-        with tempfile.TemporaryDirectory() as folder:
-            report = lambda _run, _status: times.append(time.process_time())  # noqa: E731
-            sweep_scheduler.do_all(Path(folder), plan.job, plan.runs(), pool_of(None, cluster, Path(folder)), 2, report)
-    finally:
-        sweep_scheduler.perform = real
+    with tempfile.TemporaryDirectory() as folder:
+        work = Work(Path(folder), plan.job, nothing, "another call")
+        do_all(work, plan.runs(), pool_of(None, cluster, Path(folder)), 2, lambda *_: times.append(time.process_time()))
     return (times[-1] - times[0]) / (count - 1)
 
 
 def main() -> None:
     arguments = argparse.ArgumentParser()
     arguments.add_argument("--json", type=Path, required=True)
+    arguments.add_argument("--runs", type=int, default=500)
     arguments.add_argument("--blocks", type=int, default=5)
     options = arguments.parse_args()
     timings_of: dict[tuple[str, int], list[pd.DataFrame]] = {}
@@ -94,7 +90,7 @@ def main() -> None:
         for name, workers, pool_options in POOLS:
             with tempfile.TemporaryDirectory() as folder:
                 loads.append(os.getloadavg()[0])
-                timings = block(Path(folder) / "out", number, options.blocks, workers, pool_options)
+                timings = block(Path(folder) / "out", number, options.runs // options.blocks, workers, pool_options)
                 timings_of.setdefault((name, workers), []).append(timings)
     rows = []
     one = None

@@ -6,6 +6,7 @@ Each function is the one signature of its command: the command line makes its op
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -179,6 +180,7 @@ def fit(
     snow: Snow = "paper",
     heading: HeadingMode | None = None,
     parameters: Annotated[Sequence[str], Option("--parameter", metavar="TERM.NUMBER")] = (),
+    quick: bool = False,
     seconds: Seconds | None = None,
     csv: bool = False,
     plugins: Plugins = (),
@@ -201,6 +203,7 @@ def fit(
     heading : the skier's, on snow that edges cut: as captured, held to that by a spring, or as the snow decides
         (default: the model's, replay).  It is ``"replay"``, ``"track"`` or ``"free"``.
     parameters : numbers of force terms to fit along, such as my_friction.c
+    quick : a first answer in half the time, posture and instruments as they are, without standard errors
     seconds : the stretch of the recording to use, in s of its clock, such as 3:12.5 (default: all of it)
     csv : write the result's tables as CSV too, next to Parquet
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
@@ -221,7 +224,8 @@ def fit(
     added = terms_named(terms)
     with open_recording(recording_of(recording), path_of(out), progress_of(progress), stretch_of(seconds)) as work:
         chosen = choose_model(work, model_in(model), added, snow, heading)
-        return result_of(fit_recording(work, chosen, method=method, parameters=parameters), work.out, csv=csv)
+        made = fit_recording(work, chosen, method=method, parameters=parameters, quick=quick)
+        return result_of(made, work.out, csv=csv)
 
 
 @checked
@@ -232,6 +236,7 @@ def run(
     terms: Terms = (),
     snow: Snow = "paper",
     heading: HeadingMode | None = None,
+    quick: bool = False,
     seconds: Seconds | None = None,
     csv: bool = False,
     progress: ProgressWanted = False,
@@ -248,6 +253,7 @@ def run(
     snow : friction at the foot as in the paper, or snow that edges cut.  It is ``"paper"`` or ``"carving"``.
     heading : the skier's, on snow that edges cut: as captured, held to that by a spring, or as the snow decides
         (default: the model's, replay).  It is ``"replay"``, ``"track"`` or ``"free"``.
+    quick : a first answer in half the time, posture and instruments as they are, without standard errors
     seconds : the stretch of the recording to use, in s of its clock, such as 3:12.5 (default: all of it)
     csv : write the result's tables as CSV too, next to Parquet
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
@@ -263,7 +269,7 @@ def run(
     added = terms_named(terms)
     source = recording_of(recording)
     whole = read_recording(source) if isinstance(source, Path) else source
-    chain = simulate if whole.gps is None else fit
+    chain = simulate if whole.gps is None else partial(fit, quick=quick)
     return chain(whole, out, terms=added, snow=snow, heading=heading, seconds=seconds, csv=csv, progress=progress)
 
 

@@ -38,6 +38,7 @@ class RunOptions(TypedDict, total=False):
     heading: HeadingMode | None
     seconds: str | tuple[float, float] | None
     csv: bool
+    quick: bool
 
 
 @checked
@@ -67,7 +68,7 @@ def run_season(
     cluster : of a folder of recordings: start a Dask cluster and run there
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
-    options : those of ``run``: ``terms``, ``snow``, ``heading``, ``seconds`` and ``csv``
+    options : those of ``run``: ``terms``, ``snow``, ``heading``, ``seconds``, ``csv`` and ``quick``
 
     Several workers import the calling script: call it below ``if __name__ == "__main__":``.  Raises InputError where no
     recording is in the folder, or where ``out`` cannot be written.
@@ -125,8 +126,9 @@ def do_season(
     workers, scheduler, cluster = where
     added = terms_named(options.get("terms", ()))
     stretch = stretch_of(options.get("seconds"))
-    snow, heading, csv = options.get("snow", "paper"), options.get("heading"), options.get("csv", False)
-    chosen = options_of(added, snow, heading, stretch, csv=csv)
+    snow, heading = options.get("snow", "paper"), options.get("heading")
+    csv, quick = options.get("csv", False), options.get("quick", False)
+    chosen = options_of(added, snow, heading, stretch, csv=csv, quick=quick)
     pool = this_process if in_this_process else pool_of(scheduler, cluster, out.resolve())
     return work(folder, out, chosen, added, perform, Where(pool, workers), progress_of(progress))
 
@@ -151,7 +153,12 @@ def _run_one(recording: Recording, out: Path, options: Options, terms: tuple[Ter
     """Do one run of a season as ``run`` does it."""
     from sssi_exudyn.api.runs import run
 
-    chosen: dict[str, Any] = {"snow": options.snow, "heading": options.heading, "csv": options.csv}
+    chosen: dict[str, Any] = {
+        "snow": options.snow,
+        "heading": options.heading,
+        "csv": options.csv,
+        "quick": options.quick,
+    }
     if options.seconds is not None:
         first, last = options.seconds
         chosen["seconds"] = (-float("inf") if first is None else first, float("inf") if last is None else last)

@@ -11,6 +11,7 @@ _SECONDS: Final = {
     "simulate": 0.3,
     "simulate carving": 5.0,
     "fit": 5.0,
+    "quick fit": 0.3,
     "fit few sensors": 0.2,
     "fit carving": 80.0,
     "diagnose": 16.0,

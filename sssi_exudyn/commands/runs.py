@@ -89,6 +89,10 @@ from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 
 CACHE: Final = "cache"
 """Folder within a result that keeps what an interrupted command has computed."""
+_QUICK: Final = (
+    "quick: friction has no standard errors, as the reduced model alone was fitted, posture and instruments as they"
+    " are; leave --quick out to estimate their errors too"
+)
 
 
 @dataclass(frozen=True)
@@ -203,11 +207,13 @@ def simulate_recording(work: Work, chosen: ChosenModel, *, balanced: bool, backe
     return _simulate_into(work, model, Outcome(settings), backend)
 
 
-def fit_recording(work: Work, chosen: ChosenModel, *, method: Method, parameters: Sequence[str]) -> Made:
+def fit_recording(
+    work: Work, chosen: ChosenModel, *, method: Method, parameters: Sequence[str], quick: bool = False
+) -> Made:
     """Fit the model's friction to the GPS track, with the ``parameters`` of its terms, and simulate with it.
 
-    A free heading is held by a spring while fitting.  Raises InputError without a GPS, and for snow that the method or
-    the recording does not allow.
+    A free heading is held by a spring while fitting.  A ``quick`` fit takes posture and instruments as they are, by the
+    reduced model alone.  Raises InputError without a GPS, and for snow that the method or the recording does not allow.
     """
     recording, motion = work.recording, work.motion
     if recording.gps is None:
@@ -215,6 +221,8 @@ def fit_recording(work: Work, chosen: ChosenModel, *, method: Method, parameters
     model, carved = chosen.model, is_carved(chosen.model.terms)
     if carved:
         _check_cutting(recording, method)
+    if quick:
+        _check_quick(recording, carved=carved)
     if recording.completed is not None:
         return _fit_few_sensors(work, chosen, method, parameters)
     if method == "joint" and not chosen.given:
@@ -222,8 +230,13 @@ def fit_recording(work: Work, chosen: ChosenModel, *, method: Method, parameters
     problem = seek_too(problem_of(recording, motion, model, method), parameters)
     uncertainty, draws, missed = None, None, ""
     cache = cache_in(work.out)
-    with work.progress.stage("fit", expected_seconds("fit carving" if carved else "fit", motion)) as stage:
-        if is_estimated(recording, method):
+    task = "quick fit" if quick else "fit carving" if carved else "fit"
+    with work.progress.stage("fit", expected_seconds(task, motion)) as stage:
+        if quick:
+            fitted = fit_problem(problem, motion, method, full=False, coarse=True, cache=cache, progress=stage.advance)
+            fitted = replace(fitted, model=replace(fitted.model, solver=PRESETS["fast"]))
+            missed = why_missed(fitted, recording) or _QUICK
+        elif is_estimated(recording, method):
             estimated = estimate(problem, recording, motion, cache=cache, progress=stage.advance)
             fitted, uncertainty = estimated.fitted, uncertainty_figures(estimated.posterior)
             draws = None if uncertainty.withheld else draws_table(estimated.posterior)
@@ -233,6 +246,8 @@ def fit_recording(work: Work, chosen: ChosenModel, *, method: Method, parameters
     settings: dict[str, Any] = {"command": "fit", "method": method, **work.settings}
     if parameters:
         settings["parameters"] = list(parameters)
+    if quick:
+        settings["quick"] = True
     glides = None if carved or method != "joint" else glide_prior(recording.snow)
     outcome = Outcome(
         {**settings, **chosen.settings},
@@ -283,6 +298,17 @@ def _fit_few_sensors(work: Work, chosen: ChosenModel, method: Method, parameters
         unconfirmed=fit.unconfirmed,
     )
     return _simulate_into(work, replace(fit.fitted.model, heading=chosen.model.heading), outcome)
+
+
+def _check_quick(recording: Recording, *, carved: bool) -> None:
+    """Raise InputError for a quick fit of what posture and instruments as they are do not show."""
+    problem = ""
+    if carved:
+        problem = "where edges cut, errors of the posture hide what the snow does"
+    elif recording.completed is not None:
+        problem = "few sensors have no shorter fit"
+    if problem:
+        raise InputError("--quick", "", problem, "leave it out, or take less of the recording with --seconds")
 
 
 def _check_cutting(recording: Recording, method: Method) -> None:

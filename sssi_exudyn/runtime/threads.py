@@ -10,6 +10,8 @@ from typing import Final, TypeVar
 LINEAR_ALGEBRA: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables of the environment that say how many threads a product of matrices takes."""
 
+First = TypeVar("First")
+Second = TypeVar("Second")
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -44,6 +46,14 @@ def side_by_side(
         return [function(item) for item in listed]
     with ThreadPoolExecutor(cores_used(cores)) as pool:
         return list(pool.map(function, listed))
+
+
+def both(first: Callable[[], First], second: Callable[[], Second]) -> tuple[First, Second]:
+    """Return the results of two functions, computed in parallel threads."""
+    with ThreadPoolExecutor(1) as pool:
+        waiting = pool.submit(first)
+        result = second()
+        return waiting.result(), result
 
 
 def one_ahead(function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:

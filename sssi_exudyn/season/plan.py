@@ -37,7 +37,7 @@ class Options:
     """What a user chose for all runs, as texts and numbers.
 
     terms : additional force terms, by name with their numbers
-    snow, heading, seconds, csv : as the options of ``sssi run``
+    snow, heading, seconds, csv, quick : as the options of ``sssi run``
     """
 
     terms: tuple[TermValues, ...] = ()
@@ -45,22 +45,36 @@ class Options:
     heading: str | None = None
     seconds: tuple[float | None, float | None] | None = None
     csv: bool = False
+    quick: bool = False
 
     @property
     def settings(self) -> dict[str, Any]:
         """Return the choices that are not the usual ones, by name."""
         terms = [{"name": name, **dict(numbers)} for name, numbers in self.terms]
-        chosen = {"terms": terms, "snow": self.snow, "heading": self.heading, "seconds": self.seconds, "csv": self.csv}
+        chosen = {
+            "terms": terms,
+            "snow": self.snow,
+            "heading": self.heading,
+            "seconds": self.seconds,
+            "csv": self.csv,
+            "quick": self.quick,
+        }
         return {name: value for name, value in chosen.items() if value not in (None, [], False, "paper")}
 
 
 def options_of(
-    terms: Sequence[Term], snow: str, heading: str | None, seconds: tuple[float, float] | None, *, csv: bool
+    terms: Sequence[Term],
+    snow: str,
+    heading: str | None,
+    seconds: tuple[float, float] | None,
+    *,
+    csv: bool,
+    quick: bool,
 ) -> Options:
     """Return options as texts and finite numbers; an end of a stretch that is not given is None."""
     given = tuple((term.name, tuple(parameters(term).items())) for term in terms)
     stretch = None if seconds is None else tuple(None if abs(end) == float("inf") else end for end in seconds)
-    return Options(given, snow, heading, stretch, csv)  # type: ignore[arg-type]  # a pair stays a pair
+    return Options(given, snow, heading, stretch, csv, quick)  # type: ignore[arg-type]  # a pair stays a pair
 
 
 @dataclass(frozen=True)

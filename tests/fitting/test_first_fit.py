@@ -234,6 +234,21 @@ def test_a_search_by_squares_stops_after_so_many_evaluations() -> None:
     assert optimum.evaluations == 3
 
 
+def test_a_search_by_squares_gives_up_where_it_promises_too_little() -> None:
+    def above_hundred(x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        value, slope, curvature = along_a_valley(x)
+        return 100.0 + value, slope, curvature
+
+    bounds, start = np.tile([-3.0, 3.0], (2, 1)), np.array([-1.9, 2.0])
+    # a step of the linear form always promises 100: both residuals vanish there
+    hopeless = minimise_squares(above_hundred, start, bounds, objective_tolerance=1e-8, worth=99.0)
+    assert not hopeless.converged
+    assert hopeless.evaluations < 10
+    hopeful = minimise_squares(above_hundred, start, bounds, objective_tolerance=1e-8, worth=101.0)
+    assert hopeful.converged
+    np.testing.assert_allclose(hopeful.values, [1.0, 1.0], atol=1e-3)
+
+
 def test_fixes_that_are_off_count_less() -> None:
     time = np.arange(0.0, 12.0, 0.1)
     rng = np.random.default_rng(3)

@@ -3,10 +3,11 @@
 import os
 import subprocess
 import sys
+import threading
 
 import pytest
 
-from sssi_exudyn.runtime.threads import LINEAR_ALGEBRA, cores_used, one_ahead, use_one_thread_for_products
+from sssi_exudyn.runtime.threads import LINEAR_ALGEBRA, both, cores_used, one_ahead, use_one_thread_for_products
 
 
 def test_products_take_one_thread_unless_the_environment_says_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -44,3 +45,17 @@ def test_cores_are_those_that_the_process_may_use(monkeypatch: pytest.MonkeyPatc
     assert cores_used(2) == 2
     monkeypatch.delattr(os, "sched_getaffinity")  # as on macOS and Windows
     assert cores_used() == 64
+
+
+def test_both_functions_run_at_a_time_and_an_error_of_either_is_raised() -> None:
+    meeting = threading.Barrier(2, timeout=30.0)  # where one would wait for the other's end, it breaks
+
+    def meet(text: str) -> str:
+        meeting.wait()
+        return text
+
+    assert both(lambda: meet("first"), lambda: meet("second")) == ("first", "second")
+    with pytest.raises(ZeroDivisionError):
+        both(lambda: 1 / 0, lambda: 1)
+    with pytest.raises(ZeroDivisionError):
+        both(lambda: 1, lambda: 1 / 0)

@@ -15,6 +15,7 @@ import numpy as np
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, Sensor
+from sssi_exudyn.simulation.reduced.prepared import ReducedRun
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.validation.benchmark.concealed_terms import (
     EdgeBite,
@@ -258,7 +259,7 @@ SIZES: Final = (0.5, 1.0, 2.0, 4.0)
 """The four strengths, as multiples of each maker's unit size."""
 
 
-def plain_run(run: SimulationResult) -> PlainRun:
+def plain_run(run: SimulationResult | ReducedRun) -> PlainRun:
     """Return the properties of a run with nothing concealed that makers of effects need."""
     time = run.time
     along = np.maximum.accumulate(run.com[:, 0])

@@ -189,13 +189,20 @@ def linearise_about(
 
 
 def fit_model(
-    problem: DiagnosisProblem, state: State, model: Model, parameters: tuple[Parameter, ...], levels: NoiseLevels
+    problem: DiagnosisProblem,
+    state: State,
+    model: Model,
+    parameters: tuple[Parameter, ...],
+    levels: NoiseLevels,
+    worth: float = np.inf,
 ) -> Refit:
-    """Refit ``parameters`` from the model's values on, under that noise."""
+    """Refit ``parameters`` from the model's values on, under that noise; give up where no J below ``worth`` is in
+    sight.
+    """
 
     def run() -> Refit:
         whiten = noise_whitener(problem, state, levels, model)
-        return refit(model, parameters, problem.prepared, problem.measurements, whiten, place)
+        return refit(model, parameters, problem.prepared, problem.measurements, whiten, place, worth)
 
     def place(model: Model) -> tuple[Model, Array]:
         placed, amounts = problem.place(model)
@@ -204,7 +211,9 @@ def fit_model(
     if problem.cache is None:
         return run()
     # NumPy's arrays and numbers alone are kept; the model follows from them
-    key = fingerprint("refit", problem.key, model_to_dict(model), parameters, levels, state.beyond, state.nuisances)
+    key = fingerprint(
+        "refit", problem.key, model_to_dict(model), parameters, levels, state.beyond, state.nuisances, worth
+    )
     shapes = kept_shapes(len(state.beyond), len(parameters))
     fit = refit_of(problem.cache.get_or_make(key, lambda: arrays_of(run()), shapes), model, parameters)
     return replace(fit, model=problem.place(fit.model)[0])

@@ -100,6 +100,12 @@ class Thresholds:
     further_times: int = chosen(
         2, reason="further times at which a hypothesis is refitted", on="case 3 of seed 16002, after it was judged"
     )
+    far_behind: float = chosen(
+        36.0,
+        reason="nats by which a refit at a further time promises less than the best so far has reached where it is "
+        "given up: of five refits three ended level after a promise 25 behind, or behind after one of 38 and 74",
+        on="train_patch",
+    )
     apart: float = chosen(
         0.2,
         reason="share of their common time that two candidates of different times both act at most",

@@ -132,7 +132,9 @@ def run_tangents(
     slopes: dict[str, Array] = {}
     for group, (_, derivatives_in_group) in zip(groups, passes, strict=True):
         for name, array in derivatives_in_group.items():
-            slopes.setdefault(name, np.zeros((*array.shape[:-1], len(makers))))[..., group] = array
+            # those by one number are read together: each in one piece of memory
+            pieces = np.moveaxis(np.zeros((len(makers), *array.shape[:-1])), 0, -1)
+            slopes.setdefault(name, pieces)[..., group] = array
     return passes[0][0], ReducedRun(**slopes)
 
 
@@ -226,7 +228,10 @@ def along(run: ReducedRun, slopes: ReducedRun, index: int) -> ReducedRun:
     """Return the run with the complex step of one of the numbers that it was differentiated by."""
     parts = {entry.name: getattr(run, entry.name) for entry in fields(ReducedRun)}
     for name in parts.keys() - {"time"}:
-        parts[name] = parts[name] + 1j * STEP * getattr(slopes, name)[..., index]
+        stepped = np.empty(parts[name].shape, dtype=np.complex128)
+        stepped.real = parts[name]
+        np.multiply(getattr(slopes, name)[..., index], STEP, out=stepped.imag)
+        parts[name] = stepped
     return ReducedRun(**parts)
 
 
@@ -300,7 +305,7 @@ def _start_tangents(
         load = np.array(
             [slope_of(load_at_start(tables, given + 1j * STEP * share[:, k])) for k, tables in enumerate(moving)]
         )
-        eta, place[2], share = _rest_tangents(kernel, parameters, contact, at, start, rest, place, load, inputs)
+        eta, place[2], share = _rest_tangents(parameters, contact, at, start, rest, place, load, inputs)
         given = rest.share
     rising, own = zip(
         *(
@@ -317,14 +322,15 @@ def _start_tangents(
 
 
 def _rest_tangents(
-    kernel: Any, parameters: LawParameters, contact: ModalContact, at: Prepared, start: StartOfRun, rest: Rest,
-    place: Array, load: Array, inputs: TangentInputs,
+    parameters: LawParameters, contact: ModalContact, at: Prepared, start: StartOfRun, rest: Rest, place: Array,
+    load: Array, inputs: TangentInputs,
 ) -> tuple[Array, Array, Array]:  # fmt: skip
     """Return derivatives of the modes' amplitudes (2k, d), of the pelvis' height (d,) and of the feet's shares (2, d)
     at rest.
 
     place : (3, d) of the pelvis, its height not yet counted;  load : (d,) N
     """
+    kernel = reduced_module()
     many, modes, count = len(load), len(contact.omega), len(inputs.columns.index)
     fixed = MODES + 2 * modes
     still, none = (0.0, 0.0, 0.0), np.zeros(modes)

@@ -223,25 +223,28 @@ def _refit_with(
     """Fit the real term of an explanation; return it unchanged where that cannot be simulated."""
     candidate, hypothesis, sizes = explanation.candidate, explanation.hypothesis, problem.thresholds.sizes
 
-    def fit_from(candidate: Candidate, start: Model, levels: NoiseLevels = explanation.levels) -> Refit:
+    def fit_from(
+        candidate: Candidate, start: Model, levels: NoiseLevels = explanation.levels, worth: float = np.inf
+    ) -> Refit:
         parameters, places = extended_parameters(base, candidate)
-        return fit_model(problem, state, start, (*parameters, *places), levels)
+        return fit_model(problem, state, start, (*parameters, *places), levels, worth)
 
     def misfit(fit: Refit) -> float:
         """Return J with the noise's volume, which a clock changes: fixes of instants outside the run count less."""
         return fit.objective + log_volume(linear_model(problem, state, fit), explanation.levels)
 
-    def best_fit(candidate: Candidate) -> Refit:
+    def best_fit(candidate: Candidate, worth: float) -> Refit:
         starts = [candidate.model, *_models_on_both_sides(candidate, hypothesis.sides(fitted))]
         if hypothesis.shapes_snow:
             stiff = replace(explanation.levels, surface=problem.thresholds.stiff * explanation.levels.surface)
             starts = [fit_from(candidate, candidate.model, stiff).model]
-        return min((fit_from(candidate, start) for start in starts), key=misfit)
+        return min((fit_from(candidate, start, worth=worth) for start in starts), key=misfit)
 
-    fits = []
+    fits: list[tuple[Refit, Candidate]] = []
     for placed in (candidate, *explanation.elsewhere):
+        least = min((fit.objective for fit, _ in fits), default=np.inf)
         with suppress(SimulationDiverged):
-            fits.append((best_fit(placed), placed))
+            fits.append((best_fit(placed, least + problem.thresholds.far_behind), placed))
     if not fits:
         return explanation
     fit, candidate = min(fits, key=lambda pair: misfit(pair[0]))
