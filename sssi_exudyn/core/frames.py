@@ -16,7 +16,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 
@@ -43,6 +42,8 @@ def slope_to_level(inclination: float) -> Array:
 
     It turns by +inclination about y (left), so that f points downhill.
     """
+    from scipy.spatial.transform import Rotation  # here: a process that only reads cells or markers starts without it
+
     return Rotation.from_euler("y", inclination).as_matrix()
 
 
