@@ -363,12 +363,13 @@ def _with_tilt(waves: Array, a: Array, b: Array) -> Array:
 
 def _of_waves(a: Array, b: Array, amplitude: float) -> Array:
     """Return the prior covariance (m, n) m² of waves of all lengths at places (m, 2) and (n, 2)."""
-    return np.asarray(sum(_matern(a, b, share * amplitude, length) for share, length in WAVES))
+    apart = np.linalg.norm(a[:, None] - b[None], axis=2)
+    return np.asarray(sum(_matern(apart, share * amplitude, length) for share, length in WAVES))
 
 
-def _matern(a: Array, b: Array, amplitude: float, length: float) -> Array:
-    """Return the Matérn 5/2 covariance (m, n) m² (Rasmussen and Williams 4.17)."""
-    gap = np.linalg.norm(a[:, None] - b[None], axis=2) * (np.sqrt(5.0) / length)
+def _matern(apart: Array, amplitude: float, length: float) -> Array:
+    """Return the Matérn 5/2 covariance (m, n) m² of places that far ``apart``, m (Rasmussen and Williams 4.17)."""
+    gap = apart * (np.sqrt(5.0) / length)
     return np.asarray(amplitude**2 * (1.0 + gap + gap**2 / 3.0) * np.exp(-gap))
 
 
