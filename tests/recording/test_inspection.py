@@ -105,6 +105,7 @@ def test_a_phone_has_no_empty_panel(tmp_path: Path) -> None:
     assert counts == [4, 1]  # track, speed, altitude and sampling; sampling alone
 
 
+@pytest.mark.long
 def test_the_speed_panel_names_what_it_shows(tmp_path: Path) -> None:
     whole = read_recording(Tiny().write(tmp_path / "whole"))
     rest = read_recording(with_rest(Tiny(), 4.0).write(tmp_path / "rest"))

@@ -161,6 +161,7 @@ def test_turns_in_words_and_in_the_table_are_those_of_the_summary(outline: Outli
     assert "Skis parallel to 0°, turns almost carved" in outline.text
 
 
+@pytest.mark.long
 def test_a_minute_stays_within_the_budget() -> None:
     # 3 MB open on a phone in well under 2 s; 150 samples a second are the full model's
     page = render([a_run(60.0, 150.0)])
@@ -203,6 +204,7 @@ def test_several_runs_stand_side_by_side(page: str) -> None:
     assert "0.061 ± 0.001" in both.text
 
 
+@pytest.mark.long
 def test_same_result_same_bytes(page: str) -> None:
     assert render([a_run()]) == page
 

@@ -76,6 +76,7 @@ def test_fits_are_swept_without_any_parameter(tmp_path: Path) -> None:
     assert list(record.figures) == [column.name for column in plan.columns]
 
 
+@pytest.mark.long(seconds=7)
 def test_joint_fits_of_a_sweep_are_those_of_sssi_fit(tmp_path: Path) -> None:
     plan = plan_of(task="fit", duration_s=3.0)
     record = record_of(plan.job, plan.run(0), tmp_path)
