@@ -375,6 +375,7 @@ def test_the_page_s_snippets_work_as_they_are_written(monkeypatch: pytest.Monkey
     assert row["adds"] == "suction of a water film"
 
 
+@pytest.mark.long
 def test_what_was_loaded_is_returned_and_can_be_pickled(snow: Path) -> None:
     loaded = sssi_exudyn.use_plugin(snow)
     assert list(loaded) == ["WetSnow", "FrictionOfWetSnow"]

@@ -121,7 +121,6 @@ def test_ski_sensors_give_edges_and_headings_however_they_are_mounted(whole: Rec
     assert off_deg(on_skis, whole, "Spine2")[1] < 3.0
 
 
-@pytest.mark.long
 def test_the_receivers_lag_is_taken_off(on_skis: Recording) -> None:
     assert on_skis.completed is not None
     assert on_skis.completed.lag is not None

@@ -150,6 +150,7 @@ def test_a_benchmark_goes_on_where_it_was(tmp_path: Path, run: Stretch, diagnose
         again([run, lost], [10.0])
 
 
+@pytest.mark.long
 def test_a_size_beyond_the_bounds_is_asked_for_once(tmp_path: Path, run: Stretch, diagnosed: list[str]) -> None:
     sizes = [1e4, 2e4]
     answers = run_semi_real(tmp_path, [run], sizes=sizes, seed=1, progress=lambda _share, _text: None)
