@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from coarse_skis import in_less_detail
 from hypothesis import HealthCheck, settings
 from no_plots import without_plots
 
@@ -69,6 +68,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture
 def coarse_skis() -> Iterator[None]:
     """Compute skis in less detail during the test."""
+    from coarse_skis import in_less_detail  # here: the package may lack its links until the session is configured
+
     with in_less_detail():
         yield
 
