@@ -11,6 +11,7 @@ import numpy as np
 
 from sssi_exudyn.contact.codegen import compiled
 from sssi_exudyn.contact.codegen.compiled import law_parameters, parameter_index
+from sssi_exudyn.contact.codegen.law_parameters import LawParameters
 from sssi_exudyn.contact.maths import ArrayMath, FloatMath, Math, Number, Vector
 from sssi_exudyn.contact.term import BodyState, EdgeState, FootState, PlaceState, PointState, SegmentState, WindTerm
 from sssi_exudyn.core.frames import Array
@@ -165,13 +166,10 @@ def compiled_on_grid(term: Any, derivatives: bool = False) -> Array:
     law = compiled_laws[0] if term.kind == "edge" else compiled_laws
     function, rows = law.derivatives if derivatives else law.value, []
     for state in grid(term.kind):
+        given, arguments = law.parameters, dict[str, Any](state)
         if term.kind == "segment":
-            s = dict(state)
-            terms = (UniformWind(*(s.pop(f"w_{axis}") for axis in "fln")), term)
-            arguments = {"t": 0.0, "f": 0.0, "l": 0.0} | s
-        else:
-            arguments = state
-        rows.append(np.atleast_1d(function(law_parameters(terms), *arguments.values())))
+            given, arguments = _in_wind(term, arguments)
+        rows.append(np.atleast_1d(function(given, *arguments.values())))
     return np.array(rows)
 
 
@@ -182,17 +180,22 @@ def linearisation_on_grid(term: Any, states: Sequence[State]) -> tuple[Array, Ar
     own = [parameter_index(first, term, name) for name in quantities(type(term))]
     by_states, by_parameters = [], []
     for state in states:
-        arguments, terms = dict(state), first
+        given, arguments = law.parameters, dict[str, Any](state)
         if term.kind == "segment":
-            wind = UniformWind(*(arguments.pop(f"w_{axis}") for axis in "fln"))
-            arguments, terms = {"t": 0.0, "f": 0.0, "l": 0.0} | arguments, (wind, term)
+            given, arguments = _in_wind(term, arguments)
         outputs = len(ask(FloatMath(), term, state))
         by_state = np.full((outputs, len(LINEAR[term.kind])), np.nan)
         by_parameter = np.zeros((outputs, len(law.parameters.values)))
-        law.linearisation(law_parameters(terms), *arguments.values(), by_state, by_parameter)
+        law.linearisation(given, *arguments.values(), by_state, by_parameter)
         by_states.append(by_state)
         by_parameters.append(by_parameter[:, own])
     return np.array(by_states), np.array(by_parameters)
+
+
+def _in_wind(term: Any, state: dict[str, Any]) -> tuple[LawParameters, dict[str, Any]]:
+    """Return the parameters and the arguments of a segment's law in the wind of that state."""
+    wind = UniformWind(*(state.pop(f"w_{axis}") for axis in "fln"))
+    return law_parameters((wind, term)), {"t": 0.0, "f": 0.0, "l": 0.0} | state
 
 
 class Switches:

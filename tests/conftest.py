@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+from no_plots import without_plots
 
 # a busy machine is slow to draw examples and to run them: no test is timed
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -64,6 +66,16 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture
-def words_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Reports with empty plots, for tests of all else that a page holds: drawing its plots takes two seconds."""
-    monkeypatch.setattr("sssi_exudyn.reports.plots.svg", lambda *_: "<svg></svg>")
+def coarse_skis() -> Iterator[None]:
+    """Compute skis in less detail during the test."""
+    from coarse_skis import in_less_detail  # here: the package may lack its links until the session is configured
+
+    with in_less_detail():
+        yield
+
+
+@pytest.fixture
+def words_only() -> Iterator[None]:
+    """Leave the plots of reports empty during the test."""
+    with without_plots():
+        yield

@@ -7,6 +7,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
@@ -316,6 +317,7 @@ def source_file(module: ModuleType) -> Path:
     return Path(module.__file__)
 
 
+@cache  # tracing and differentiating all laws takes 50 ms, and several modules hold the same
 def _registered(function: LawFunction) -> str:
     """Return a place's function for the classes of the registry, which calls those of others."""
     law, arguments = function.law, list(function.arguments)

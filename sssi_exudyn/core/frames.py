@@ -16,7 +16,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 
@@ -43,6 +42,8 @@ def slope_to_level(inclination: float) -> Array:
 
     It turns by +inclination about y (left), so that f points downhill.
     """
+    from scipy.spatial.transform import Rotation  # here: a process that only reads cells or markers starts without it
+
     return Rotation.from_euler("y", inclination).as_matrix()
 
 
@@ -66,7 +67,8 @@ def cross(a: Array, b: Array) -> Array:
 
     The result is bit for bit that of ``np.cross``, in half of its time for some thousand vectors.
     """
-    product = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))
+    shape = a.shape if a.shape == b.shape else np.broadcast_shapes(a.shape, b.shape)  # as slow as a product
+    product = np.empty(shape, np.result_type(a, b))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         product[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
     return product

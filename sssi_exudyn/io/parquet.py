@@ -52,8 +52,8 @@ def read_parquet(
             raise InputError(path, "", "the file is torn", "run again")
         table.validate(full=True)  # a damaged file may point beyond a dictionary's end
         frame: pd.DataFrame = table.to_pandas(ignore_metadata=True)
-    for name in frame.columns:
-        if isinstance(frame[name].dtype, CategoricalDtype):
+    for name, kind in frame.dtypes.items():
+        if isinstance(kind, CategoricalDtype):
             known = frame[name].cat.categories
             if name in sentences:
                 clean = {word: one_line(word, MAX_TEXT) for word in known}
@@ -62,7 +62,7 @@ def read_parquet(
             if any(len(word) > MAX_NAME or one_line(word) != word for word in known):
                 raise InputError(path, f"column {name}", "texts that are no names", "run again")
             frame[name] = frame[name].astype(known.dtype)
-        elif frame[name].dtype.kind == "f" and bool((frame[name].abs() > MAX_NUMBER).any()):
+        elif kind.kind == "f" and np.any(np.abs(frame[name].to_numpy()) > MAX_NUMBER):
             raise InputError(path, f"column {name}", "larger than any quantity of a run", "run again")
     return frame
 

@@ -7,10 +7,11 @@ and the difference of places of the last joint.  Each is divided by its standard
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.bodies.skier.chain import Axis, Joint, joint_rotation
@@ -53,6 +54,10 @@ class Limb:
     rotation_sigma: Array
     place: Array | None = None
     place_sigma: float = 1.0
+
+    def in_frames(self, frames: NDArray[np.int64]) -> Limb:
+        """Return the limb as captured in some of the frames, by their indices."""
+        return replace(self, rotation=self.rotation[frames], place=None if self.place is None else self.place[frames])
 
     def by_segment(self, angles: Array) -> dict[str, Array]:
         """Return the angles (…, c) by segment, (…, c_segment)."""
@@ -184,14 +189,16 @@ def _residual(limb: Limb, angles: Array) -> tuple[Array, Array]:
 def fit_angles(limb: Limb) -> Array:
     """Return the angles (n, c) rad that bring the limb closest to its capture, measured in standard deviations."""
     angles = _first_guess(limb)
+    moving = np.arange(len(angles))  # a few wild frames may never settle
     for _ in range(_ITERATIONS):
-        residual, jacobian = _residual(limb, angles)
+        residual, jacobian = _residual(limb.in_frames(moving), angles[moving])
         transposed = np.swapaxes(jacobian, -1, -2)
         normal = transposed @ jacobian
         scale = np.trace(normal, axis1=-2, axis2=-1)[:, None, None] / normal.shape[-1]
         damped = normal + _DAMPING * scale * np.eye(normal.shape[-1])
         step = np.clip(-np.linalg.solve(damped, transposed @ residual[..., None])[..., 0], -_STEP, _STEP)
-        angles = angles + step
-        if np.max(np.abs(step)) < _CONVERGED:
+        angles[moving] += step
+        moving = moving[np.max(np.abs(step), axis=1) >= _CONVERGED]
+        if len(moving) == 0:
             break
     return angles

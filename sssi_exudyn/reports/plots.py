@@ -109,9 +109,11 @@ def _fit_margins(figure: Figure, axes: Axes) -> None:
     left, bottom, right, top = _LEAST_LEFT + 0.18 * bool(axes.get_ylabel()), 0.48, 0.08, 0.08
     for _ in range(2):  # ticks may change with the size of the axes
         figure.subplots_adjust(left / width, bottom / height, 1.0 - right / width, 1.0 - top / height)
-        box = figure.get_tightbbox()  # inches
+        box, before = figure.get_tightbbox(), (left, bottom, right, top)  # inches
         left, bottom = max(left, left - box.x0 + _PADDING), max(bottom, bottom - box.y0 + _PADDING)
         right, top = max(right, right + box.x1 - width + _PADDING), max(top, top + box.y1 - height + _PADDING)
+        if (left, bottom, right, top) == before:
+            return
     figure.subplots_adjust(left / width, bottom / height, 1.0 - right / width, 1.0 - top / height)
 
 

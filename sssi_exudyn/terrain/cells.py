@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, map_coordinates
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
@@ -56,6 +55,8 @@ def heights_between(path: Path, cells: Array, place: Array, smoothing: float) ->
     """
     if np.any(np.abs(cells) > _HIGHEST):
         raise InputError(path, "band 1", f"heights beyond {_HIGHEST:.0f} m", "convert the heights to metres")
+    from scipy.ndimage import gaussian_filter, map_coordinates  # here: a file that is refused waits for none of it
+
     cells = gaussian_filter(cells, smoothing, mode="nearest", radius=_AROUND)
     return np.asarray(map_coordinates(cells, place, order=3, mode="nearest"))
 

@@ -167,7 +167,7 @@ def test_answers_of_an_import_are_known_by_name(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.usefixtures("words_only")
+@pytest.mark.usefixtures("words_only", "coarse_skis")
 def test_a_short_run_in_memory(tmp_path: Path) -> None:
     recording = bundled("beginner")[0]
     short = replace(recording, stop=recording.start + 1.0)
@@ -187,6 +187,7 @@ def test_a_short_run_in_memory(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("coarse_skis")
 def test_a_stretch_of_a_recording_is_simulated_alone(tmp_path: Path) -> None:
     whole = bundled("beginner")[0]
     run = sssi_exudyn.simulate(whole, tmp_path / "stretch", seconds=(4.0, 6.0))

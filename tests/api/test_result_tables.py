@@ -121,6 +121,7 @@ def test_tables_as_csv_are_the_tables(result: Result, tmp_path: Path) -> None:
     assert rows[SERIES, "pelvis_f_m"]["frame"].startswith("slope: f down the fall line")
 
 
+@pytest.mark.long
 def test_a_workbook_has_a_sheet_a_table(result: Result, tmp_path: Path) -> None:
     book = pd.read_excel(result.to_excel(tmp_path / "run.xlsx"), sheet_name=None)
     assert list(book) == ["figures", "series", "turns", "measured", "columns"]

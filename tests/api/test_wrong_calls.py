@@ -5,9 +5,11 @@ from typing import Any
 
 import pytest
 from a_run import a_run
+from bundled import bundled
 
 import sssi_exudyn
 from sssi_exudyn.api.result import Result
+from sssi_exudyn.model.from_recording import model_of
 
 BEGINNER = str(Path(__file__).parents[2] / "examples" / "beginner")
 WRONG: list[tuple[str, tuple[Any, ...], dict[str, Any], str]] = [
@@ -96,10 +98,11 @@ def test_values_of_a_model_have_names(values: Any, message: str) -> None:
     ],
 )
 def test_a_number_outside_its_bounds_is_refused_where_the_model_is_used(name: str, value: float, problem: str) -> None:
-    model = sssi_exudyn.model_of(BEGINNER).with_values({name: value})
+    recording, motion = bundled("beginner")
+    model = model_of(recording, motion).with_values({name: value})
     for use in (sssi_exudyn.simulate, sssi_exudyn.fit, sssi_exudyn.build):
         with pytest.raises(sssi_exudyn.InputError) as raised:
-            use(BEGINNER, model=model)
+            use(recording, model=model)
         assert str(raised.value) == f"model: {name}: {problem}; correct the value or its unit"
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import standing
+from no_plots import without_plots
 
 import sssi_exudyn
 from sssi_exudyn import cli
@@ -37,7 +38,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     series = label_turns(stood.to_frame(slope_to_enu(0.0, 0.0)), turns)
     folder = tmp_path_factory.mktemp("whole") / "result"
     summary = Summary(recording="stands")
-    write_run(folder, StoredRun(summary, series, model, geometry=standing.geometry()))
+    with without_plots():
+        write_run(folder, StoredRun(summary, series, model, geometry=standing.geometry()))
     return folder
 
 

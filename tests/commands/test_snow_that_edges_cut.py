@@ -115,6 +115,7 @@ def test_the_model_keeps_its_heading(folder: Path, freed: Path, tmp_path: Path) 
             read_model(file)
 
 
+@pytest.mark.long
 def test_friction_at_the_foot_decides_no_heading() -> None:
     for make in (sssi_exudyn.simulate, sssi_exudyn.fit):
         with pytest.raises(InputError, match="--heading: free: friction at the foot has no yaw moment"):

@@ -177,6 +177,7 @@ def test_laws_outside_the_registry_are_compiled_once_however_many_terms_have_the
     assert law_parameters(PAPER_TERMS).others == 0
 
 
+@pytest.mark.long
 def test_a_kernel_calls_the_laws(tmp_path: Path) -> None:
     kernel, parameters = compile_kernel(kernel_template(tmp_path)), law_parameters(PAPER_TERMS)
     depth, rate = np.array([-0.01, 0.002, 0.02]), np.array([0.1, -0.2, 0.3])

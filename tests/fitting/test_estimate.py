@@ -50,6 +50,7 @@ def test_friction_of_another_world_is_found_within_its_standard_error(name: str,
 
 
 @pytest.mark.long(seconds=15)
+@pytest.mark.usefixtures("coarse_skis")
 def test_a_late_clock_is_found_as_late_as_it_is() -> None:
     late = 0.15
     recording, motion = bundled("beginner")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from bundled import bundled
+from coarse_skis import in_less_detail
 
 from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.errors import SimulationDiverged
@@ -24,6 +25,7 @@ from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 
+pytestmark = pytest.mark.usefixtures("coarse_skis")
 TRUTH = {
     "friction.mu_t": 0.07,
     "friction.mu_n": 0.6,
@@ -44,7 +46,8 @@ def made() -> tuple[Motion, Problem]:
     model = replace(model, solver=replace(model.solver, elements=20))
     problem = problem_of(recording, motion, model, "joint")
     truth = problem.model.with_values(TRUTH)
-    run = simulate(truth, motion)
+    with in_less_detail():
+        run = simulate(truth, motion)
     assert run.antenna is not None
     fixes = np.arange(motion.start, motion.stop, 0.1)
     track = Track(fixes, predict_fixes(truth, run.time, run.antenna, fixes)[:, :2], np.full(len(fixes), 0.02))

@@ -23,6 +23,7 @@ from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.validation.drawn_run import draw_run
 
+pytestmark = pytest.mark.usefixtures("coarse_skis")
 HELD = Uncertainty(friction_onset=0.0, snow_damping=0.0, snow_exponents=0.0, leg_compliance=0.0)
 SNOW = {"friction.mu_t": 0.19, "friction.mu_n": 0.9, "friction.eps": 0.3}
 

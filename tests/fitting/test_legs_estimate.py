@@ -18,6 +18,7 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.drawn_run import draw_run
 
+pytestmark = pytest.mark.usefixtures("coarse_skis")
 SNOW = {"friction.mu_t": 0.19, "friction.mu_n": 0.9}
 SOFT = 4e-5
 """m/N: 25 kN/m."""

@@ -16,6 +16,7 @@ from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.results.uncertainty import uncertainty_figures
 from sssi_exudyn.sweeps.outputs import figures_of_fit
 
+pytestmark = pytest.mark.usefixtures("coarse_skis")
 SECONDS = 5.0
 SHORT = 3.5
 """s of a run that leaves no interval: the less it says, the more of a misfit what is uncertain may take up."""

@@ -29,6 +29,7 @@ from sssi_exudyn.model.legs import USUAL_COMPLIANCE
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.drawn_run import draw_run
 
+pytestmark = pytest.mark.usefixtures("coarse_skis")
 SECONDS = 5.0
 FRICTION = {"friction.mu_t": 0.06, "friction.mu_n": 0.55}
 

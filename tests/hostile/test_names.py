@@ -42,6 +42,7 @@ def test_results_in_folders_that_are_no_text_are_written_and_shown(tmp_path: Pat
     assert r"run \udcff" in page
 
 
+@pytest.mark.long
 def test_a_picture_of_a_recording_in_such_a_folder(tmp_path: Path) -> None:
     recording = read_recording(Tiny().write(tmp_path / NO_TEXT))
     plot_inspection(recording, tmp_path / f"{NO_TEXT}.svg")

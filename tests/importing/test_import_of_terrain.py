@@ -68,6 +68,7 @@ def test_a_grid_without_coordinate_system_is_imported_in_the_stated_one(tmp_path
     assert height == pytest.approx(ORIGIN[2], abs=5e-3)
 
 
+@pytest.mark.long
 def test_a_coordinate_system_next_to_a_grid_is_one_of_the_inputs(tmp_path: Path) -> None:
     crs = pytest.importorskip("rasterio.crs").CRS
     dem = grid(tmp_path / "slope.asc", "EPSG:31254")

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tomli_w
+from bundled import bundled
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantities
@@ -24,10 +25,7 @@ from sssi_exudyn.model.faults import (
 )
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.toml import model_to_dict, read_model
-from sssi_exudyn.motion.from_recording import motion_from_recording
-from sssi_exudyn.recording.read import read_recording
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 FAULTS = (
     GpsJump(x=0.5, y=-0.2, t0=3.0, t1=4.0),
     HeadingDrift(rate=0.01, t_ref=2.0),
@@ -45,8 +43,7 @@ def test_declares_its_numbers(cls: type) -> None:
 
 
 def test_a_models_file_keeps_its_faults(tmp_path: Path) -> None:
-    recording = read_recording(EXAMPLE)
-    model = replace(model_of(recording, motion_from_recording(recording)), sensors=FAULTS)
+    model = replace(model_of(*bundled("beginner")), sensors=FAULTS)
     path = tmp_path / "model.toml"
     path.write_text(tomli_w.dumps(model_to_dict(model)), encoding="utf-8")
     assert read_model(path).sensors == FAULTS
@@ -57,8 +54,8 @@ def test_a_models_file_keeps_its_faults(tmp_path: Path) -> None:
 
 
 def test_corrected_fixes_are_where_the_antenna_was() -> None:
-    recording = read_recording(EXAMPLE)
-    model = replace(model_of(recording, motion_from_recording(recording)), sensors=FAULTS)
+    recording, motion = bundled("beginner")
+    model = replace(model_of(recording, motion), sensors=FAULTS)
     model = model.with_values({"start.clock_offset": 0.2})
     gps = recording.gps
     assert gps is not None
@@ -71,8 +68,7 @@ def test_corrected_fixes_are_where_the_antenna_was() -> None:
 
 
 def test_a_late_clock_sees_the_past() -> None:
-    recording = read_recording(EXAMPLE)
-    model = model_of(recording, motion_from_recording(recording))
+    model = model_of(*bundled("beginner"))
     time = np.linspace(0.0, 4.0, 41)
     straight = np.stack([5.0 * time, 0.0 * time, 0.0 * time], axis=1)
     late = model.with_values({"start.clock_offset": 0.3})

@@ -15,6 +15,7 @@ def test_the_page_is_of_the_answers(script: ModuleType) -> None:
     assert script.page() == (DOCS / "notebook" / "diagnosis-benchmark.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 def test_every_case_is_kept(script: ModuleType) -> None:
     scores, commit = script.kept_scores(script.KEPT)
     assert f"--cases {scores.cases} " in script.TEXT.read_text(encoding="utf-8")

@@ -103,6 +103,7 @@ def test_every_library_of_the_import_extra_is_asked_for_somewhere(declared: dict
     assert asked == wanted
 
 
+@pytest.mark.long
 def test_wheel_holds_every_module_and_table_and_nothing_else(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         inside = {name for name in archive.namelist() if ".dist-info/" not in name}
@@ -154,6 +155,7 @@ def test_every_version_of_python_is_tried_on_every_platform(declared: dict[str, 
     assert "os: [ubuntu-latest, windows-latest, macos-latest]" in (workflows / "tests.yml").read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 def test_wheel_works_away_from_its_source(wheel: Path, tmp_path: Path) -> None:
     target = tmp_path / "installed"
     command = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", str(target), str(wheel)]

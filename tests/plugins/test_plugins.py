@@ -281,7 +281,7 @@ def test_numbers_of_own_laws_are_sought_along() -> None:
 
 
 @pytest.mark.long(seconds=20)
-@pytest.mark.usefixtures("words_only")
+@pytest.mark.usefixtures("words_only", "coarse_skis")
 def test_own_laws_act_and_are_reported(snow: Path, tmp_path: Path) -> None:
     use_plugin(snow)
     recording, _ = bundled("beginner")
@@ -357,6 +357,7 @@ def test_own_laws_are_fitted(snow: Path, tmp_path: Path) -> None:
 PAGES = EXAMPLE.parents[1] / "docs"
 
 
+@pytest.mark.long(seconds=15)
 def test_the_page_s_snippets_work_as_they_are_written(monkeypatch: pytest.MonkeyPatch) -> None:
     page = next(PAGES.rglob("own-law.md")).read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
@@ -374,6 +375,7 @@ def test_the_page_s_snippets_work_as_they_are_written(monkeypatch: pytest.Monkey
     assert row["adds"] == "suction of a water film"
 
 
+@pytest.mark.long
 def test_what_was_loaded_is_returned_and_can_be_pickled(snow: Path) -> None:
     loaded = sssi_exudyn.use_plugin(snow)
     assert list(loaded) == ["WetSnow", "FrictionOfWetSnow"]

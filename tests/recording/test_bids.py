@@ -86,6 +86,7 @@ def test_a_dataset_has_many_subjects_and_each_once(dataset: Path) -> None:
         RECORDING.to_bids(dataset, "07")
 
 
+@pytest.mark.long
 def test_what_is_no_label_and_no_capture_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="use letters and digits alone"):
         RECORDING.to_bids(tmp_path / "new", "../7")

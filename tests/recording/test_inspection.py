@@ -97,6 +97,7 @@ def test_turns_speed_and_a_crop_come_from_the_track(tmp_path: Path) -> None:
     assert "m/s at most" in text.splitlines()[0]
 
 
+@pytest.mark.long
 def test_a_phone_has_no_empty_panel(tmp_path: Path) -> None:
     recording = dataclasses.replace(read_recording(Tiny().write(tmp_path / "run")), insoles=None)
     plot_inspection(recording, tmp_path / "picture.svg")
@@ -105,6 +106,7 @@ def test_a_phone_has_no_empty_panel(tmp_path: Path) -> None:
     assert counts == [4, 1]  # track, speed, altitude and sampling; sampling alone
 
 
+@pytest.mark.long
 def test_the_speed_panel_names_what_it_shows(tmp_path: Path) -> None:
     whole = read_recording(Tiny().write(tmp_path / "whole"))
     rest = read_recording(with_rest(Tiny(), 4.0).write(tmp_path / "rest"))
@@ -130,6 +132,7 @@ def test_text_of_motion_alone(tmp_path: Path) -> None:
     assert "track" not in format_inspection(inspection)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_picture_is_drawn(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"picture{suffix}"

@@ -115,6 +115,7 @@ def slope_of_60_megabytes(path: Path) -> None:
         dataset.write(heights, 1)
 
 
+@pytest.mark.long
 def test_an_elevation_model_of_a_recording_may_be_as_large_as_any(tmp_path: Path) -> None:
     folder = Tiny(toml=TOML + '\n[terrain]\nfile = "dem.tif"\n').write(tmp_path)
     slope_of_60_megabytes(folder / "dem.tif")

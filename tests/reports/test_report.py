@@ -161,6 +161,7 @@ def test_turns_in_words_and_in_the_table_are_those_of_the_summary(outline: Outli
     assert "Skis parallel to 0°, turns almost carved" in outline.text
 
 
+@pytest.mark.long
 def test_a_minute_stays_within_the_budget() -> None:
     # 3 MB open on a phone in well under 2 s; 150 samples a second are the full model's
     page = render([a_run(60.0, 150.0)])
@@ -181,12 +182,14 @@ def test_what_went_wrong_and_what_was_missing_is_said_first() -> None:
     assert shown.index("Slope estimated.") > shown.index("Remarks on the recording")
 
 
+@pytest.mark.long
 def test_a_run_without_linked_turns_is_shown_whole(outline: Outline) -> None:
     shown = Outline(render([a_run(3.0)]))
     assert "the whole run, for want of two linked turns" in shown.text
     assert len(shown.named("svg")) == len(outline.named("svg"))
 
 
+@pytest.mark.long
 def test_a_run_that_stopped_at_once_still_has_a_page() -> None:
     shown = Outline(render([a_run(0.04, measured=False)]))
     assert "nan" not in shown.text
@@ -203,6 +206,7 @@ def test_several_runs_stand_side_by_side(page: str) -> None:
     assert "0.061 ± 0.001" in both.text
 
 
+@pytest.mark.long
 def test_same_result_same_bytes(page: str) -> None:
     assert render([a_run()]) == page
 
@@ -346,6 +350,7 @@ def test_a_report_of_no_result_says_so(tmp_path: Path) -> None:
         commands.report([tmp_path], tmp_path / "report.html")
 
 
+@pytest.mark.long
 def test_a_folder_without_skeleton_and_measurements_has_a_page_without_replay(folder: Path, tmp_path: Path) -> None:
     bare = tmp_path / "bare"
     shutil.copytree(folder, bare)

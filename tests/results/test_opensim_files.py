@@ -116,6 +116,7 @@ def test_on_a_hill_the_force_is_not_along_the_planes_normal() -> None:
     assert rms(moment).max() > 3.0  # N m: the free moments
 
 
+@pytest.mark.long
 def test_the_centre_of_pressure_carries_the_whole_moment() -> None:
     _, run = texts_and_run("plane")
     about_foot = np.cross(run.snow.pressure_arm, run.snow.force) + run.snow.free_moment

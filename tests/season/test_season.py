@@ -22,7 +22,7 @@ from sssi_exudyn.results.data_dictionary import season_columns
 from sssi_exudyn.sweeps.records import last_records
 
 ROOT = Path(__file__).parents[2]
-pytestmark = pytest.mark.usefixtures("words_only")
+pytestmark = pytest.mark.usefixtures("words_only", "coarse_skis")
 STRETCH = ":2.2"
 """Two seconds are the shortest run; here they are simulated without a fit, which takes a second."""
 NAMES = ["club/b", "club/c", "monday"]

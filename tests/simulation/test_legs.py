@@ -60,6 +60,7 @@ def test_legs_and_snow_are_springs_in_series() -> None:
     assert soft == pytest.approx(1.0 / (1.0 / rigid + COMPLIANCE), rel=1e-4)
 
 
+@pytest.mark.long
 def test_energy_balance() -> None:
     """What a hollow puts into the legs they give back, but for what their dampers take."""
     snow = (*model().terms, TerrainBump(rise=-0.15, f0=3.0, width=1.0))

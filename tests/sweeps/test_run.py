@@ -35,6 +35,7 @@ def plan_of(**settings: Any) -> Plan:
     return plan_sweep(sweep_from({"format": 1, "recordings": ["beginner"], **settings}, EXAMPLES / "swept.toml"))
 
 
+@pytest.mark.long
 def test_run_is_the_simulation_that_its_parameters_say(tmp_path: Path) -> None:
     parameter = [{"name": "friction.mu_t", "values": [0.07]}, {"name": "skier.mass", "values": [72.0]}]
     plan = plan_of(parameter=parameter, duration_s=1.0)
@@ -66,6 +67,7 @@ def test_full_model_adds_joint_moments(tmp_path: Path) -> None:
     assert len(last_records(tmp_path)[0]) == 1
 
 
+@pytest.mark.long
 def test_fits_are_swept_without_any_parameter(tmp_path: Path) -> None:
     plan = plan_of(task="fit", method="paper", duration_s=3.0)
     record = record_of(plan.job, plan.run(0), tmp_path)
@@ -76,6 +78,7 @@ def test_fits_are_swept_without_any_parameter(tmp_path: Path) -> None:
     assert list(record.figures) == [column.name for column in plan.columns]
 
 
+@pytest.mark.long(seconds=7)
 def test_joint_fits_of_a_sweep_are_those_of_sssi_fit(tmp_path: Path) -> None:
     plan = plan_of(task="fit", duration_s=3.0)
     record = record_of(plan.job, plan.run(0), tmp_path)

@@ -134,6 +134,7 @@ def test_groups_are_equal_values_where_few_and_near_ones_where_many() -> None:
     assert set(many.value_counts()) <= {9, 10, 11}
 
 
+@pytest.mark.long
 def test_page_shows_every_output_and_asks_nothing_of_a_network() -> None:
     plan, table = swept("sobol_indices", 8, lambda a, b, c: a + b * c, lost=(3,))
     page = render_sweep(plan, table, indices_of(plan, table), dict(plan.job.versions))

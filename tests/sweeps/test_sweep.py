@@ -217,6 +217,7 @@ def test_torn_records_are_passed_over_and_their_runs_done_again(torn: bytes, tmp
     assert list(last_records(tmp_path)[0]) == [plan.keys[0]]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["plain", "given"])
 def test_sweep_of_an_earlier_version_is_continued(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Take folders left by version 0.1.0, one with a ``model =``; two runs of three had ended when it was killed."""

@@ -161,6 +161,7 @@ def test_a_plane_stays_one() -> None:
     assert np.std(heights) < SIGMA
 
 
+@pytest.mark.long
 def test_long_tracks_are_averaged() -> None:
     rng = np.random.default_rng(6)
     time, places = track(60.0, 20.0)
@@ -213,6 +214,7 @@ def a_poor_receiver(seed: int) -> tuple[Array, Array, Estimate]:
     return time, places, Estimate(heights, 0.3, np.ones(count))
 
 
+@pytest.mark.long
 def test_modes_hold_what_throws_the_skier_up() -> None:
     # waves drawn from the process throw the skier up as the modes can
     time, places, estimate = a_poor_receiver(9)
@@ -237,6 +239,7 @@ def test_modes_hold_what_throws_the_skier_up() -> None:
     assert left_over(Noticed(0.5)) > 0.5
 
 
+@pytest.mark.long
 def test_modes_hold_how_much_higher_one_ski_is() -> None:
     # slopes across the path, as of surfaces drawn from the process
     time, places, estimate = a_poor_receiver(9)
@@ -278,6 +281,7 @@ def test_a_surface_of_the_process_is_one_of_usual_amounts(seed: int) -> None:
     np.testing.assert_allclose((follow @ surface.at(around)[:, 0])[:50], amounts[:50], atol=0.2)
 
 
+@pytest.mark.long
 def test_modes_hold_what_changes_the_speed() -> None:
     estimate = a_poor_receiver(10)[-1]
     by_track, by_speed = (

@@ -221,10 +221,12 @@ def test_supej_most_is_lost_while_steering() -> None:
     check("supej", figures_of("beginner") | figures_of("intermediate"))
 
 
+@pytest.mark.long
 def test_sidecut_makes_radii_larger_and_forces_smaller() -> None:
     check("sidecut", script().sidecut_figures(), STEADY)
 
 
+@pytest.mark.long
 def test_kroell_a_larger_sidecut_takes_longer() -> None:
     check("kroell", script().sidecut_figures(), STEADY)
 

@@ -84,6 +84,7 @@ def test_a_share_of_the_distance_slows_more_than_that_of_the_offset() -> None:
     assert slower(nearer) > slower(aside) > 0.0
 
 
+@pytest.mark.long
 def test_a_larger_sidecut_radius_turns_wider_on_snow_that_edges_cut() -> None:
     """Spörri et al. 2016 (Br. J. Sports Med. 50:14), with radii of 30, 35 and 40 m."""
     paper = recorded("intermediate", STOP)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from html import escape
-from pathlib import Path
 
 import numpy as np
 import pytest
 from a_run import a_run
+from bundled import bundled
 from strapped import write_few
 
 from sssi_exudyn.analysis.skiing import recorded_turns
@@ -32,15 +32,13 @@ from sssi_exudyn.results.posture import posture_figures, second_half_table
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
-EXAMPLE = Path(__file__).parents[3] / "examples" / "beginner"
 TRUE = {"friction.mu_t": 0.06, "friction.mu_n": 0.55}
 
 
 @pytest.fixture(scope="module")
 def captured() -> float:
     """Return the effective friction of the captured run."""
-    complete = read_recording(EXAMPLE)
-    motion = motion_from_recording(complete)
+    complete, motion = bundled("beginner")
     model = problem_of(complete, motion, model_of(complete, motion), "joint").model.with_values(TRUE)
     return effective_friction(simulate_reduced(model, prepare(model, motion, step=COARSE_STEP)))
 
@@ -49,7 +47,7 @@ def captured() -> float:
 def case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Motion, FewSensorsFit]:
     """Fit a telephone in a pocket."""
     folder = tmp_path_factory.mktemp("few") / "phone"
-    recording = read_recording(write_few(read_recording(EXAMPLE), ("pocket",), folder))
+    recording = read_recording(write_few(bundled("beginner")[0], ("pocket",), folder))
     motion = motion_from_recording(recording)
     return recording, motion, fit_few_sensors(recording, motion, model_of(recording, motion), "joint")
 
@@ -57,8 +55,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Motion, F
 @pytest.mark.long
 @pytest.mark.parametrize("mu_t", [0.03, 0.12])
 def test_the_balance_has_the_friction_of_the_models_own_run(mu_t: float) -> None:
-    complete = read_recording(EXAMPLE)
-    motion = motion_from_recording(complete)
+    complete, motion = bundled("beginner")
     model = problem_of(complete, motion, model_of(complete, motion), "joint").model
     model = model.with_values({"friction.mu_t": mu_t, "friction.mu_n": 0.55})
     prepared = prepare(model, motion, step=COARSE_STEP)
@@ -161,7 +158,7 @@ def test_the_diagnosis_doubts_an_assumed_posture_more(case: tuple[Recording, Mot
 def test_turns_of_a_recording_are_those_that_the_sensor_shows(case: tuple[Recording, Motion, FewSensorsFit]) -> None:
     recording, motion, _ = case
     turns = recorded_turns(recording, motion.start, motion.stop)
-    captured = read_recording(EXAMPLE)
+    captured, _ = bundled("beginner")
     assert turns is not None
     assert recorded_turns(captured, motion.start, motion.stop) is None  # its turns are those of the path
     assert captured.gps is not None

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from bundled import bundled
 from strapped import write_few
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
@@ -25,7 +25,6 @@ from sssi_exudyn.simulation.heading import HEADING
 from sssi_exudyn.simulation.reduced.prepared import ReducedRun, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
-EXAMPLE = Path(__file__).parents[3] / "examples" / "beginner"
 NOISE = ExponentialNoise(0.35, 20.0)
 """m, s; of a receiver that states a metre."""
 
@@ -42,7 +41,7 @@ def run_of(model: Model, motion: Motion) -> ReducedRun:
 def skied(tmp_path_factory: pytest.TempPathFactory) -> tuple[Model, Motion, ReducedRun]:
     """Return a model, the motion that a telephone in a pocket shows, and their run as it is."""
     folder = tmp_path_factory.mktemp("led") / "phone"
-    recording = read_recording(write_few(read_recording(EXAMPLE), ("pocket",), folder))
+    recording = read_recording(write_few(bundled("beginner")[0], ("pocket",), folder))
     motion = motion_from_recording(recording)
     model = problem_of(recording, motion, model_of(recording, motion), "joint").model
     model = model.with_values({"friction.mu_t": 0.12, "friction.mu_n": 0.7})

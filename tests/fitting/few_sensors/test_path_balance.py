@@ -56,6 +56,7 @@ def test_friction_of_a_run_without_noise() -> None:
     assert path.effective == pytest.approx(effective, rel=0.02)
 
 
+@pytest.mark.long
 def test_intervals_hold_the_friction_as_often_as_they_say() -> None:
     errors = []
     for seed in range(24):

@@ -87,6 +87,7 @@ def mirrored(run: SimulationResult, other: SimulationResult) -> float:
     return float(np.max(np.abs(run.foot_load - other.foot_load[:, ::-1])) / np.max(run.foot_load))
 
 
+@pytest.mark.long
 def test_mirror_image() -> None:
     """A posture and its mirror image load left and right the other way round."""
     edged = {"hip_adduction_l": 0.05, "hip_adduction_r": -0.08, "pelvis_list": 0.03}

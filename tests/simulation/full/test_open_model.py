@@ -80,6 +80,7 @@ def test_the_example_hangs_a_rucksack_on_the_skier(tmp_path: Path) -> None:
     assert float(words[3]) > float(words[6]) + 40.0  # N: half the weight of 8 kg at least, whatever the turns do
 
 
+@pytest.mark.long
 def test_what_cannot_be_built_is_said() -> None:
     recording, _ = bundled("beginner")
     with pytest.raises(InputError, match="less than"):

@@ -126,6 +126,7 @@ def diagnosed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return names
 
 
+@pytest.mark.long
 def test_a_benchmark_goes_on_where_it_was(tmp_path: Path, run: Stretch, diagnosed: list[str]) -> None:
     messages: list[str] = []
 
@@ -149,6 +150,7 @@ def test_a_benchmark_goes_on_where_it_was(tmp_path: Path, run: Stretch, diagnose
         again([run, lost], [10.0])
 
 
+@pytest.mark.long
 def test_a_size_beyond_the_bounds_is_asked_for_once(tmp_path: Path, run: Stretch, diagnosed: list[str]) -> None:
     sizes = [1e4, 2e4]
     answers = run_semi_real(tmp_path, [run], sizes=sizes, seed=1, progress=lambda _share, _text: None)
@@ -156,6 +158,7 @@ def test_a_size_beyond_the_bounds_is_asked_for_once(tmp_path: Path, run: Stretch
     assert all(answer.times < 1e4 for answer in answers)
 
 
+@pytest.mark.long
 def test_what_cannot_be_used_is_one_clear_line(tmp_path: Path, diagnosed: list[str]) -> None:
     beginner = Path("examples/beginner").resolve()
     usual: Any = {"sizes": [3.0], "seed": 1}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from a_missing_force import five_seconds
+from coarse_skis import in_less_detail
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE
@@ -12,7 +13,8 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, re
 
 @pytest.fixture(scope="session")
 def fitted() -> FittedRun:
-    return five_seconds()
+    with in_less_detail():
+        return five_seconds()
 
 
 @pytest.fixture(scope="session")

@@ -14,6 +14,7 @@ import tomli_w
 from a_diagnosis import diagnosis_of, finding_of
 from a_linear_model import LEVELS
 from bundled import bundled, coarse, steady
+from coarse_skis import in_less_detail
 from explanations import NOWHERE, refitted
 from schema_check import check_against_schema
 
@@ -77,13 +78,17 @@ FEWER_WORLDS = replace(THRESHOLDS, worlds=1000)
 KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "noise"}
 
 
+pytestmark = pytest.mark.usefixtures("coarse_skis")
+
+
 @pytest.fixture(scope="module")
 def base() -> tuple[Recording, Motion, Model]:
     recording, motion = bundled("beginner")
     motion = replace(motion, stop=motion.start + 7.0)  # two turns: what is hidden is seen as well as in 11 s
     model = coarse(model_of(recording, motion))  # the world is a full model still
     problem = problem_of(recording, motion, model, "joint")
-    return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
+    with in_less_detail():
+        return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
 
 
 def state_of(problem: DiagnosisProblem) -> State:

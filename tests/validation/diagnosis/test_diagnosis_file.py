@@ -66,6 +66,7 @@ def test_a_file_of_the_first_version_is_read_and_shown(tmp_path: Path) -> None:
     assert_holds(written, FIRST_VERSION)
 
 
+@pytest.mark.long
 def test_the_section_shows_what_the_file_holds(tmp_path: Path) -> None:
     section = shown(read(tmp_path, whole_version()))
     # track, force before, on each foot and after, slope from above, probabilities, the most similar simulated run

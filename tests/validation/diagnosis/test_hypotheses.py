@@ -265,6 +265,7 @@ def names_outside(tree: ast.Module, names: set[str]) -> list[str]:
     ]
 
 
+@pytest.mark.long
 def test_nothing_else_in_the_package_knows_their_names() -> None:
     known = {
         # the kind of a term, which wind's own name happens to be

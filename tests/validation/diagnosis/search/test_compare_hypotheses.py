@@ -21,6 +21,7 @@ from sssi_exudyn.validation.diagnosis.state import first_fit
 
 
 @pytest.mark.long(seconds=40)
+@pytest.mark.usefixtures("coarse_skis")
 def test_a_patch_amid_a_run_is_not_taken_for_a_slippery_beginning() -> None:
     """By linear responses other snow before the patch gains more; a fit that begins there stays there."""
     delta, ends = 0.1, (2.65, 5.4)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from a_missing_force import courses, shaped
+from coarse_skis import in_less_detail
 from displaced_fixes import displaced_by
 
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
@@ -59,18 +60,20 @@ def compared() -> Compared:
         UnexplainedForce(-60.0 * share, 0.0, 0.0, float(a), float(b))
         for share, a, b in zip(np.linspace(0.0, 1.0, 10), steps[:-1], steps[1:], strict=True)
     ]
-    recording, motion = displaced_by("beginner", start, stop, lambda _run: brake)
-    hypotheses = [BY_NAME[name] for name in (*LAWS, "unexplained_force")]
-    model = model_of(recording, motion)
-    # both laws are refitted, however little they explain linearly
-    every_law = replace(THRESHOLDS, worthwhile=20.0, hopeful=20.0)
-    about = Reestimate(
-        *first_fit(diagnosis_problem(recording, motion, model, hypotheses=hypotheses, thresholds=every_law))
-    )
-    return Compared(about, compare_hypotheses(about.problem, about.state, about.fit))
+    with in_less_detail():
+        recording, motion = displaced_by("beginner", start, stop, lambda _run: brake)
+        hypotheses = [BY_NAME[name] for name in (*LAWS, "unexplained_force")]
+        model = model_of(recording, motion)
+        # both laws are refitted, however little they explain linearly
+        every_law = replace(THRESHOLDS, worthwhile=20.0, hopeful=20.0)
+        about = Reestimate(
+            *first_fit(diagnosis_problem(recording, motion, model, hypotheses=hypotheses, thresholds=every_law))
+        )
+        return Compared(about, compare_hypotheses(about.problem, about.state, about.fit))
 
 
 @pytest.mark.long(seconds=40)
+@pytest.mark.usefixtures("coarse_skis")
 def test_its_evidence_is_the_same_in_the_place_of_whichever_law(compared: Compared) -> None:
     force = BY_NAME["unexplained_force"]
     assert isinstance(force, FreeFormForce)

@@ -143,6 +143,7 @@ def test_a_law_begins_near_the_first_laws_estimate_and_nothing_where_the_search_
 
 
 @pytest.mark.long(seconds=30)
+@pytest.mark.usefixtures("coarse_skis")
 def test_about_the_same_estimate_the_evidence_is_the_same() -> None:
     recording, motion = bundled("beginner")
     assert recording.gps is not None

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from a_day import fits_of_two_runs
 from a_linear_model import LEVELS, covariance, linear_model
+from bundled import bundled
 from scipy.stats import norm
 
 from sssi_exudyn.contact.terms.friction_corrections import SpeedDependentFriction
@@ -17,8 +18,6 @@ from sssi_exudyn.fitting.evidence import Freedom, log_evidence
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.io.writing import to_json
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.motion.from_recording import motion_from_recording
-from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.reports.day_page import day_page, sentence_of_day
 from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.summary import Provenance
@@ -35,8 +34,6 @@ from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import (
 from sssi_exudyn.validation.diagnosis.several_runs.second_pass import Pass, SamePlace
 from sssi_exudyn.validation.diagnosis.state import fitted_run
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
-
-EXAMPLE = Path(__file__).parents[4] / "examples" / "intermediate"
 
 
 def test_runs_that_share_nothing_have_separate_evidence() -> None:
@@ -87,6 +84,7 @@ def test_a_common_effect_is_estimated_better_by_two_runs() -> None:
 
 
 @pytest.mark.long(seconds=45)
+@pytest.mark.usefixtures("coarse_skis")
 def test_two_runs_find_what_the_first_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
     """Friction that rises with speed, as the benchmark's world records it on two stretches at different speeds."""
     law = SpeedDependentFriction(0.009, 10.0)
@@ -151,8 +149,7 @@ def test_a_day_in_words_as_a_page_and_as_a_file(tmp_path: Path) -> None:
     speed = DayExplanation("speed_dependent_friction", 0.7, 12.0, law)
     nothing = DayExplanation("nothing", 0.1, 4.0, friction, fitted=False)
     drag = DayExplanation("drag_area", 0.2, 9.0, {**friction, "drag_area.share": number(0.5)})
-    recording = read_recording(EXAMPLE)
-    model = model_of(recording, motion_from_recording(recording))
+    model = model_of(*bundled("intermediate"))
     sentence = sentence_of_day([speed, drag, nothing], 3, model)
     assert sentence.startswith("In 3 runs together μ_t changes by +0.0120 for each m/s of speed (70% probable; it may")
     assert "the same skier at another speed or posture on the same snow would distinguish them" in sentence

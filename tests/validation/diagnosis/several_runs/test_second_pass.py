@@ -355,6 +355,7 @@ def base() -> Recorded:
 
 
 @pytest.mark.long(seconds=85)
+@pytest.mark.usefixtures("coarse_skis")
 @pytest.mark.parametrize(("hidden", "size"), [("snow_patch", 2.0), ("gust", 1.4)])
 def test_a_second_pass_distinguishes_a_patch_from_a_gust(
     base: Recorded, hidden: str, size: float, monkeypatch: pytest.MonkeyPatch

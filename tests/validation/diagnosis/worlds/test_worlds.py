@@ -145,6 +145,7 @@ def test_probabilities_are_as_often_right_as_they_say(
     assert unlike < 0.05 * 2000 + 4.0 * np.sqrt(0.05 * 0.95 * 2000) + 0.03 * 2000
 
 
+@pytest.mark.long
 def test_priors_move_probabilities_by_their_odds(geometry: Geometry, answers: list[Answer]) -> None:
     known = known_of(geometry)
     features = Features(geometry, known, FEWER)
