@@ -57,7 +57,8 @@ def simulated(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Simulate where a season fits, and return the names of the recordings in the order of their runs."""
     names: list[str] = []
 
-    def simulate(recording: Any, out: Path, **options: Any) -> Any:
+    def simulate(recording: Any, out: Path, *, quick: bool, **options: Any) -> Any:
+        assert not quick
         names.append(recording.folder.name)
         return runs.simulate(recording, out, **options)
 
@@ -140,7 +141,7 @@ import os, signal, sys
 import sssi_exudyn
 from sssi_exudyn.api import runs
 
-def simulate_one(recording, out, **options):
+def simulate_one(recording, out, *, quick, **options):
     if recording.folder.name == "c":
         os.kill(os.getpid(), signal.SIGKILL)
     return runs.simulate(recording, out, **options)

@@ -131,12 +131,13 @@ def _search(about: Reestimate, *, full: bool) -> tuple[Reestimate, list[Round], 
                 rounds[-1] = latest
                 break
             form, following = pair or _next_round(latest, best, _of(estimates, best, problem), forms)
-            latest, best = weigh_finding(latest, by_fits := best, estimates, following)
+            by_fits = best.name
+            latest, best = weigh_finding(latest, best, estimates, following)
             if latest.nothing.probability > allowed:
                 rounds[-1] = latest
                 break
             chosen = _of(estimates, best, problem)
-            if best.name != by_fits.name:
+            if best.name != by_fits:
                 form, following = _next_round(latest, best, chosen, forms)
         except SimulationDiverged as error:
             problem.progress(None, f"the search ends: with {latest.best.name} {error}")
