@@ -21,11 +21,13 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from scipy.special import logsumexp, softmax
 
 from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import CLOCK_OFFSET
+from sssi_exudyn.fitting.evidence import Uncertain, whiten_columns
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.validation.benchmark.effects import EFFECTS, PHYSICS, SENSOR, SIZES, UNKNOWN, plain_run
@@ -38,7 +40,8 @@ from sssi_exudyn.validation.diagnosis.search.missing_force import DIRECTIONS
 from sssi_exudyn.validation.diagnosis.search.probabilities import probabilities
 from sssi_exudyn.validation.diagnosis.state import first_fit, fitted_run, linear_model
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
-from sssi_exudyn.validation.diagnosis.worlds.catalogue import NOT_IN_THE_LIST, TWO_AT_ONCE, answers_of
+from sssi_exudyn.validation.diagnosis.worlds.best_possible import log_shape_factors
+from sssi_exudyn.validation.diagnosis.worlds.catalogue import NOT_IN_THE_LIST, TWO_AT_ONCE, Answer, answers_of
 from sssi_exudyn.validation.diagnosis.worlds.classifier import learn
 from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import Wanted, draw_worlds, known_of, observe
 from sssi_exudyn.validation.diagnosis.worlds.features import Features
@@ -49,7 +52,11 @@ CLEAR: Final = 8.0
 """Standard errors from which an effect is clear."""
 NOTHING_SHARE: Final = 4
 """Draws with nothing hidden, for each of an effect."""
-WEIGHERS: Final = ("tempered evidence", "evidence as it is", "worlds", "both")
+WEIGHERS: Final = ("tempered evidence", "evidence as it is", "worlds", "both", "best possible")
+SHAPES: Final = 150
+"""Further draws of each effect by which the best possible method knows its shapes."""
+NOISIER: Final = 1.3
+"""Variance of the worlds' noise on average over that of the levels which the evidence is computed with."""
 SMALL: Final = 0.01
 """Share of an effect by which its linear response is measured."""
 LISTED: Final = (*PHYSICS, *SENSOR)
@@ -72,7 +79,7 @@ class Drawn:
 
 
 def hidden_effects(fitted: FittedRun, draws: int, rng: np.random.Generator) -> tuple[list[str], Array]:
-    """Return names (D,) of hidden effects and what they do to the measurements (N, D)."""
+    """Return names (D,) of hidden effects, the first ones nothing, and what they do to the measurements (N, D)."""
     plain, names, columns = plain_run(fitted.run), [NOTHING_MISSING] * (NOTHING_SHARE * draws), []
     turned = responses_of(BY_NAME[HeadingMisalignment.name].probes(fitted), fitted.prepared, fitted.measurements)
     for name, make in EFFECTS.items():
@@ -120,9 +127,35 @@ def draw_and_weigh(folder: str, begin: float, long: float, seed: int, draws: int
     table, evidence = features(worlds.rest), features.evidence(worlds.rest)
     by_worlds = [answer.name for answer in answers], classifier.probabilities(table)
     names, tempered, plain = _by_evidence(evidence)
-    ways = (names, tempered), (names, plain), by_worlds, _by_both((names, tempered), by_worlds)
+    shapes, moves = hidden_effects(fitted, SHAPES, np.random.default_rng([seed, 1]))
+    nothing = NOTHING_SHARE * SHAPES
+    white = whiten_columns(linear, state.levels, moves[:, nothing:])
+    ceiling = best_possible(shapes[nothing:], white, known, worlds.rest, answers)
+    ways = (names, tempered), (names, plain), by_worlds, _by_both((names, tempered), by_worlds), ceiling
     weighed = dict(zip(WEIGHERS, ways, strict=True))
     return Drawn(hidden, worlds.strength, weighed, classifier.outside(table), seconds)
+
+
+def best_possible(
+    hidden: Sequence[str], moved: Array, known: Uncertain, rest: Array, answers: Sequence[Answer]
+) -> tuple[list[str], Array]:
+    """Return names and (D, names) probabilities of runs with ``rest`` (N, D), by Bayes' rule on effects whose names
+    (J,) are ``hidden`` and which do ``moved`` (N, J), in units of noise.
+
+    These are other draws of the same effects: what a method could say that knew their shapes and sizes.
+    """
+    priors = {answer.name: answer.prior for answer in answers}
+    names = [NOTHING_MISSING, *LISTED, NOT_IN_THE_LIST]
+    pull, strength = moved.T @ rest / NOISIER, np.sum(moved * known.remove_from(moved), axis=0)[:, None] / NOISIER
+    logs = log_shape_factors(pull, strength)
+    called = np.array([NOT_IN_THE_LIST if name in UNKNOWN else name for name in hidden])
+    columns = [np.zeros(rest.shape[1])]
+    for name in names[1:]:
+        mine = logs[called == name]
+        columns.append(logsumexp(mine, axis=0) - np.log(len(mine)) if len(mine) else np.full(rest.shape[1], -np.inf))
+    with np.errstate(divide="ignore"):
+        weighed = np.stack(columns, axis=1) + np.log([priors.get(name, 0.0) for name in names])
+    return names, np.asarray(softmax(weighed, axis=1))
 
 
 def _by_evidence(evidence: dict[str, Array]) -> tuple[list[str], Array, Array]:
@@ -245,7 +278,7 @@ def main() -> None:
                         best = names[1 + int(np.argmax(p[1:]))] if p[0] <= THRESHOLDS.stands_out else "-"
                         counts[best] = counts.get(best, 0) + 1
             cells.append(", ".join(f"{k} {v}" for k, v in sorted(counts.items(), key=lambda item: -item[1])[:3]))
-        print(f"{name:26} {cells[0]}  |  {cells[-2]}  |  {cells[-1]}")
+        print(f"{name:26} " + "  |  ".join(cells[i] for i in (0, 2, 3, 4)))
     if chosen.json:
         chosen.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
 

@@ -421,18 +421,40 @@ def overlaps(
     return gram, (together.T @ rest).reshape(len(candidates), width, -1)
 
 
+class Information:
+    """What measurements know of the amplitudes of candidates, in axes in which they know them independently.
+
+    known : (c, w) along each axis;  axes : (c, w, w) columns
+    """
+
+    def __init__(self, gram: Array) -> None:
+        """Decompose ``gram`` (c, w, w), as ``overlaps`` gives it."""
+        known, self.axes = np.linalg.eigh(0.5 * (gram + np.swapaxes(gram, 1, 2)))
+        self.known = np.maximum(known, 0.0)
+
+    def along(self, pull: Array) -> Array:
+        """Return the pull (c, w, d) of amplitudes along the axes."""
+        return np.asarray(np.swapaxes(self.axes, 1, 2) @ pull)
+
+    def log_factors(self, along: Array, sizes: Sequence[float] = (1.0,)) -> Array:
+        """Return log Bayes factors (sizes, c, d) of each candidate against none, from ``along``.
+
+        sizes : by how many times amplitudes are usually larger
+        """
+        squares = along**2
+        log_factor = np.empty((len(sizes), len(squares), squares.shape[2]))
+        for i, size in enumerate(sizes):
+            inner = 1.0 + size**2 * self.known
+            gain = 0.5 * (size**2 / inner)[:, None] @ squares
+            log_factor[i] = gain[:, 0] - 0.5 * np.sum(np.log(inner), axis=1)[:, None]
+        return log_factor
+
+
 def log_factors(gram: Array, pull: Array, sizes: Sequence[float] = (1.0,)) -> Array:
     """Return log Bayes factors (sizes, c, d) of each candidate against none.
 
     gram, pull : of ``overlaps`` with each of d runs' measurements
     sizes : by how many times amplitudes are usually larger
     """
-    # in the axes of the information, sizes are numbers: one decomposition and one product serve them all
-    known, axes = np.linalg.eigh(0.5 * (gram + np.swapaxes(gram, 1, 2)))
-    squares = (np.swapaxes(axes, 1, 2) @ pull) ** 2
-    log_factor = np.empty((len(sizes), len(gram), pull.shape[2]))
-    for i, size in enumerate(sizes):
-        inner = 1.0 + size**2 * np.maximum(known, 0.0)
-        gain = 0.5 * (size**2 / inner)[:, None] @ squares
-        log_factor[i] = gain[:, 0] - 0.5 * np.sum(np.log(inner), axis=1)[:, None]
-    return log_factor
+    information = Information(gram)
+    return information.log_factors(information.along(pull), sizes)

@@ -46,7 +46,7 @@ class BestPossible:
             self._seen = self._observe(worlds.moved[:, own])
             self._labels, self._logs = worlds.labels[own], np.full((len(self._counts), len(own)), -np.inf)
         left = self._known.remove_from(worlds.moved)
-        logs = _log_factors(left.T @ self._seen, np.sum(worlds.moved * left, axis=0)[:, None])
+        logs = log_shape_factors(left.T @ self._seen, np.sum(worlds.moved * left, axis=0)[:, None])
         logs[own, np.arange(len(own))] = -np.inf
         for k in np.unique(worlds.labels):
             self._logs[k] = np.logaddexp(self._logs[k], logsumexp(logs[worlds.labels == k], axis=0))
@@ -82,7 +82,7 @@ class BestPossible:
         return np.asarray(moved + noise + self._known.columns @ amounts)
 
 
-def _log_factors(pull: Array, known: Array) -> Array:
+def log_shape_factors(pull: Array, known: Array) -> Array:
     """Return log Bayes factors of shapes against none by their ``pull``, their size c integrated."""
     precision = 1.0 + _SPREAD**2 * known
     return np.asarray(pull - 0.5 * known + 0.5 * _SPREAD**2 * (pull - known) ** 2 / precision - 0.5 * np.log(precision))

@@ -5,16 +5,13 @@ Evidence is by likelihood alone, without temper, with places and sizes integrate
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import Uncertain, log_factors, whiten_columns
-from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate
+from sssi_exudyn.fitting.evidence import Information, Uncertain, whiten_columns
 from sssi_exudyn.validation.diagnosis.search.missing_force import DIRECTIONS, latent_covariance
 from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
 from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry
@@ -38,17 +35,41 @@ _FOOT_MEMORIES: Final = (0.3, 2.0)
 class _Family:
     """One feature that is evidence: of c candidates with w amplitudes each, or of a force of any form as one candidate.
 
-    columns : (N, c·w) in units of noise;  gram : (c, w, w) what the measurements know of the amplitudes
+    columns : (N, c·w) in units of noise;  information : what the measurements know of the amplitudes
     sizes : by how many times amplitudes are usually larger
-    limited : (l,) which amplitudes have limits;  limits : (c, l, 2) these, in usual sizes
+    limits : (c, w, 2) of the amplitudes, in usual sizes
     """
 
     name: str
     columns: Array
-    gram: Array
+    information: Information
     sizes: tuple[float, ...]
-    limited: NDArray[np.int_] = field(default_factory=lambda: np.zeros(0, dtype=int))
-    limits: Array = field(default_factory=lambda: np.zeros((1, 0, 2)))
+    limits: Array
+
+    def along(self, rest: Array, _: Array) -> Array:
+        """Return (c, w, D) how much ``rest`` (N, D) pulls amplitudes along the axes of what is known of them."""
+        return self.information.along((self.columns.T @ rest).reshape(*self.information.known.shape, -1))
+
+
+@dataclass(frozen=True)
+class _BentFamily(_Family):
+    """The evidence of a law whose form is wrong by some share: each of its a amplitudes brings m modes of that error.
+
+    columns : (N, c·a) of the exact law;  limits : (c, a, 2) of its amplitudes
+    modes : (3·cells, c·a·m) N at the centre of mass
+    """
+
+    modes: Array
+
+    def along(self, rest: Array, pushed: Array) -> Array:
+        """Return (c, a·(1 + m), D) likewise, where ``pushed`` (3·cells, D) is how much newtons are pulled.
+
+        Each amplitude comes before its modes.
+        """
+        exact = (self.columns.T @ rest).reshape(self.columns.shape[1], 1, -1)
+        by_mode = (self.modes.T @ pushed).reshape(len(exact), -1, rest.shape[1])
+        pull = np.concatenate([exact, by_mode], axis=1)
+        return self.information.along(pull.reshape(*self.information.known.shape, -1))
 
 
 class Features:
@@ -56,7 +77,8 @@ class Features:
 
     def __init__(self, geometry: Geometry, known: Uncertain, thresholds: Thresholds) -> None:
         self._blocks = geometry.linear.measurements.blocks
-        laws = _laws(geometry, known, thresholds.sizes)
+        self._by_body = whiten_columns(geometry.linear, geometry.levels, geometry.by_body)
+        laws = _laws(geometry, known, self._by_body, thresholds.sizes)
         listed = [law for law in laws if geometry.kinds.get(law.name, "unexplained") != "unexplained"]
         self._listed = len(listed)
         rest = [law for law in laws if law not in listed]
@@ -84,10 +106,9 @@ class Features:
         """
         best = np.zeros(left.shape[1])
         for family in self._families[: self._listed]:
-            known, axes = np.linalg.eigh(family.gram)
-            pull = (family.columns.T @ left).reshape(*family.gram.shape[:2], -1)
+            known = family.information.known
             seen = 1.0 / np.maximum(known, _UNSEEN * known[:, -1:])
-            gain = seen[:, None] @ (np.swapaxes(axes, 1, 2) @ pull) ** 2
+            gain = seen[:, None] @ family.along(left, self._pushed(left)) ** 2
             best = np.maximum(best, gain[:, 0].max(axis=0))
         return best
 
@@ -106,41 +127,48 @@ class Features:
         return np.vstack(table).T
 
     def _all(self, rest: Array) -> Array:
-        parts = [
-            np.stack([self._of(family, rest[:, first : first + _AT_ONCE]) for family in self._families])
-            for first in range(0, rest.shape[1], _AT_ONCE)
-        ]
-        return np.concatenate([np.zeros((len(self._families), 0)), *parts], axis=1)
+        parts = [np.zeros((len(self._families), 0))]
+        for first in range(0, rest.shape[1], _AT_ONCE):
+            some = rest[:, first : first + _AT_ONCE]
+            pushed = self._pushed(some)
+            parts.append(np.stack([self._of(family, some, pushed) for family in self._families]))
+        return np.concatenate(parts, axis=1)
 
-    def _of(self, family: _Family, rest: Array) -> Array:
-        pull = (family.columns.T @ rest).reshape(*family.gram.shape[:2], -1)
-        factors = log_factors(family.gram, pull, family.sizes)
-        if len(family.limited):
-            factors -= _beyond_limits(family, pull)
+    def _pushed(self, rest: Array) -> Array:
+        return np.asarray(self._by_body.T @ rest)
+
+    def _of(self, family: _Family, rest: Array, pushed: Array) -> Array:
+        along = family.along(rest, pushed)
+        factors = family.information.log_factors(along, family.sizes)
+        if np.any(np.isfinite(family.limits)):
+            factors -= _beyond_limits(family, along)
         # in place of SciPy's logsumexp, which also asks for signs, infinities and weights: half of all that this takes
         largest = factors.max(axis=(0, 1))
         factors -= largest
         return np.asarray(largest + np.log(np.mean(np.exp(factors, out=factors), axis=(0, 1))))
 
 
-def _beyond_limits(family: _Family, pull: Array) -> Array:
-    """Return (sizes, c, D) by how much less probable measurements with ``pull`` (c, w, D) are where the most probable
-    amplitudes are beyond what is possible: half the squares of their standard deviations beyond it.
+def _beyond_limits(family: _Family, along: Array) -> Array:
+    """Return (sizes, c, D) by how much less probable measurements with a pull ``along`` (c, w, D) are where the most
+    probable amplitudes are beyond what is possible: half the squares of their standard deviations beyond it.
     """
-    known, axes = np.linalg.eigh(0.5 * (family.gram + np.swapaxes(family.gram, 1, 2)))
-    rotated, rows = np.swapaxes(axes, 1, 2) @ pull, axes[:, family.limited]
-    low, high = np.moveaxis(family.limits, 2, 0)[..., None]
-    cost = np.zeros((len(family.sizes), len(pull), pull.shape[2]))
+    limited = np.flatnonzero(np.any(np.isfinite(family.limits), axis=(0, 2)))
+    rows = family.information.axes[:, limited]
+    low, high = np.moveaxis(family.limits[:, limited], 2, 0)[..., None]
+    cost = np.zeros((len(family.sizes), len(along), along.shape[2]))
     for i, size in enumerate(family.sizes):
-        variances = size**2 / (1.0 + size**2 * np.maximum(known, 0.0))
-        means = (rows * variances[:, None]) @ rotated
+        variances = size**2 / (1.0 + size**2 * family.information.known)
+        means = (rows * variances[:, None]) @ along
         beyond = np.maximum(np.maximum(low - means, means - high), 0.0)
         cost[i] = 0.5 * np.sum(beyond**2 / (rows**2 @ variances[..., None]), axis=1)
     return cost
 
 
-def _laws(geometry: Geometry, known: Uncertain, sizes: tuple[float, ...]) -> list[_Family]:
-    """Return the evidence of each hypothesis, over all its candidates."""
+def _laws(geometry: Geometry, known: Uncertain, by_body: Array, sizes: tuple[float, ...]) -> list[_Family]:
+    """Return the evidence of each hypothesis, over all its candidates, and of laws that have nearly its form.
+
+    by_body : (N, 3·cells) what a newton at the centre of mass does, in units of noise
+    """
     families = []
     for name, candidates in geometry.candidates.items():
         columns = np.hstack([candidate.free.columns * candidate.free.scales for candidate in candidates])
@@ -148,37 +176,44 @@ def _laws(geometry: Geometry, known: Uncertain, sizes: tuple[float, ...]) -> lis
         shape = len(white), len(candidates), -1
         left = known.remove_from(white)
         gram = np.einsum("nci,ncj->cij", white.reshape(shape), left.reshape(shape))
-        limits = geometry.limits[name]
-        limited = np.flatnonzero(np.any(np.isfinite(limits), axis=(0, 2)))
-        families.append(_Family(name, white, gram, sizes, limited, limits[:, limited]))
+        law = _Family(name, white, Information(gram), sizes, geometry.limits[name])
+        families.append(law)
         if geometry.kinds[name] == "physics":
-            families += _bent(geometry, known, (name, candidates), sizes)
+            step = -(-len(candidates) // _MOST_BENT)
+            places, column = np.arange(0, len(candidates), step), np.arange(columns.shape[1]).reshape(shape[1:])
+            some = replace(law, columns=white[:, column[places].ravel()], limits=law.limits[places])
+            families += _bent(geometry, known, by_body, some, columns[:, column[places].ravel()])
     return families
 
 
-def _bent(
-    geometry: Geometry, known: Uncertain, law: tuple[str, Sequence[Candidate]], sizes: tuple[float, ...]
-) -> list[_Family]:
-    """Return the evidence of a hypothesis whose law has nearly its form: each amplitude brings modes of the error."""
-    name, candidates = law
-    step = -(-len(candidates) // _MOST_BENT)
-    some, limits = candidates[::step], geometry.limits[name][::step]
-    limited = np.flatnonzero(np.any(np.isfinite(limits), axis=(0, 2)))
-    exact = np.hstack([candidate.free.columns * candidate.free.scales for candidate in some])
+def _bent(geometry: Geometry, known: Uncertain, by_body: Array, law: _Family, moved: Array) -> list[_Family]:
+    """Return the evidence of a law at some of its places, whose amplitudes do what is ``moved`` (N, c·a), with errors
+    of its form.
+    """
+    count, exact = len(law.limits), moved.shape[1]
     apart = np.abs(geometry.middles[:, None] - geometry.middles)
     variances, axes = np.linalg.eigh(np.exp(-apart / _FORM_MEMORY))
     modes = (axes * np.sqrt(variances))[:, : -_FORM_MODES - 1 : -1]
-    force = (geometry.following @ exact).reshape(*geometry.shape, -1)
-    changes = np.einsum("dca,cm->dcam", force, modes).reshape(force.shape[0] * force.shape[1], -1)
-    by_mode = (geometry.by_body @ changes).reshape(*exact.shape, -1)
-    families = []
+    force = (geometry.following @ moved).reshape(*geometry.shape, -1)
+    changes = np.einsum("dca,cm->dcam", force, modes).reshape(by_body.shape[1], exact, -1)
+    limits = np.full((exact, 1 + modes.shape[1], 2), [-np.inf, np.inf])
+    limits[:, 0] = law.limits.reshape(exact, 2)
+    families: list[_Family] = []
     for share in _FORMS:
-        columns = np.concatenate([exact[:, :, None], share * by_mode], axis=2).reshape(len(exact), -1)
-        white = whiten_columns(geometry.linear, geometry.levels, columns)
-        shape = len(white), len(some), -1
-        gram = np.einsum("nci,ncj->cij", white.reshape(shape), known.remove_from(white).reshape(shape))
-        first = (1 + _FORM_MODES) * limited  # each amplitude comes before the modes of its error
-        families.append(_Family(f"{name} bent {share:g}", white, gram, sizes, first, limits[:, limited]))
+        by_mode = (by_body @ (share * changes).reshape(by_body.shape[1], -1)).reshape(len(by_body), exact, -1)
+        white = np.concatenate([law.columns[:, :, None], by_mode], axis=2).reshape(len(by_body), count, -1)
+        left = known.remove_from(white.reshape(len(white), -1)).reshape(white.shape)
+        information = Information(np.einsum("nci,ncj->cij", white, left))
+        families.append(
+            _BentFamily(
+                f"{law.name} bent {share:g}",
+                law.columns,
+                information,
+                law.sizes,
+                limits.reshape(count, -1, 2),
+                share * changes.reshape(by_body.shape[1], -1),
+            )
+        )
     return families
 
 
@@ -193,7 +228,8 @@ def _forms(geometry: Geometry, known: Uncertain, thresholds: Thresholds) -> list
         lower = np.linalg.cholesky(latent_covariance(middles, 1.0, memory)[np.ix_(kept, kept)])
         white = whiten_columns(geometry.linear, geometry.levels, columns[:, kept] @ lower)
         gram = white.T @ known.remove_from(white)
-        families.append(_Family(name, white, gram[None], sizes))
+        unlimited = np.full((1, len(gram), 2), [-np.inf, np.inf])
+        families.append(_Family(name, white, Information(gram[None]), sizes, unlimited))
 
     for memory in thresholds.force_memories:
         for name, way in ways.items():
