@@ -96,7 +96,7 @@ def _sign(rng: np.random.Generator) -> float:
 
 
 def _wind(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
-    f, l = -2.5 * size * _sign(rng), float(rng.normal(0.0, 1.0))  # noqa: E741  the slope frame's name of the axis
+    f, l = -2.5 * size * _sign(rng), size * float(rng.normal(0.0, 1.0))  # noqa: E741  the slope frame's name of the axis
     return Effect((WorldWind(f, l, float(rng.uniform(0.0, 2.0 * np.pi))),), truth={"w_f": f})
 
 
