@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from sssi_exudyn.api.arguments import AnyPath, ProgressWanted, path_of
 from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.command_line import Argument, Option
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 
 if TYPE_CHECKING:
     from sssi_exudyn.bodies.ski.identification import IdentifiedSki
@@ -66,6 +67,7 @@ def data_dictionary() -> list[dict[str, str]]:
 
 
 @checked
+@with_one_thread_for_products
 def turn(
     skis: Annotated[AnyPath | Sequence[AnyPath], Argument("SKI", count="+")],
     edge: Annotated[str | float | Sequence[float], Option(metavar="DEG", read=str)] = "30:70",

@@ -19,6 +19,7 @@ from sssi_exudyn.api.arguments import (
     use_plugins,
 )
 from sssi_exudyn.core.checked import checked
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 
 if TYPE_CHECKING:
     from sssi_exudyn.api.result import Result
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 
 @checked
+@with_one_thread_for_products
 def diagnose(
     recording: DiagnosedRecording,
     out: OutFolder | None = None,
@@ -66,6 +68,7 @@ def diagnose(
 
 
 @checked
+@with_one_thread_for_products
 def diagnose_day(
     recordings: Sequence[AnyPath],
     out: AnyPath,

@@ -10,12 +10,14 @@ from sssi_exudyn.api.arguments import AnyPath, ProgressWanted, ResultOrRecording
 from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.choices import MuscleSet, Power
 from sssi_exudyn.core.command_line import Option
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 
 if TYPE_CHECKING:
     from sssi_exudyn.api.result import Result
 
 
 @checked
+@with_one_thread_for_products
 def muscles(
     run: ResultOrRecording,
     out: Annotated[AnyPath, Option(metavar="DIR")] | None = None,

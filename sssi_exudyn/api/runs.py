@@ -29,6 +29,7 @@ from sssi_exudyn.api.arguments import (
 from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.choices import Backend, HeadingMode, Method, Snow
 from sssi_exudyn.core.command_line import Option
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 
 if TYPE_CHECKING:
     from sssi_exudyn.api.exudyn_model import ExudynModel
@@ -117,6 +118,7 @@ def build(
 
 
 @checked
+@with_one_thread_for_products
 def simulate(
     recording: RecordingOrFolder,
     out: OutFolder | None = None,
@@ -170,6 +172,7 @@ def simulate(
 
 
 @checked
+@with_one_thread_for_products
 def fit(
     recording: RecordingOrFolder,
     out: OutFolder | None = None,
@@ -229,6 +232,7 @@ def fit(
 
 
 @checked
+@with_one_thread_for_products
 def run(
     recording: RecordingOrFolder,
     out: OutFolder | None = None,
@@ -274,6 +278,7 @@ def run(
 
 
 @checked
+@with_one_thread_for_products
 def validate(
     recording: RecordingFolder,
     result: Annotated[AnyPath, Option(metavar="DIR")],

@@ -21,6 +21,7 @@ from sssi_exudyn.api.arguments import (
 from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.choices import Cluster, HeadingMode, Snow
 from sssi_exudyn.core.command_line import Argument, Option
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 
 if TYPE_CHECKING:
     from sssi_exudyn.api.season_result import SeasonResult
@@ -42,6 +43,7 @@ class RunOptions(TypedDict, total=False):
 
 
 @checked
+@with_one_thread_for_products
 def run_season(
     folder: Annotated[AnyPath, Argument("FOLDER", Path)],
     out: OutFolder,

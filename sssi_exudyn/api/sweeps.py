@@ -10,12 +10,14 @@ from sssi_exudyn.api.arguments import AnyPath, OutFolder, Plugins, ProgressWante
 from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.choices import Cluster
 from sssi_exudyn.core.command_line import Argument, Option
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 
 if TYPE_CHECKING:
     from sssi_exudyn.api.sweep_result import SweepResult
 
 
 @checked
+@with_one_thread_for_products
 def sweep(
     file: Annotated[AnyPath | Mapping[str, Any], Argument("FILE", Path)],
     out: OutFolder,

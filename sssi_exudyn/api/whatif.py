@@ -16,12 +16,14 @@ from sssi_exudyn.api.arguments import (
 from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.choices import Keep
 from sssi_exudyn.core.command_line import Option
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 
 if TYPE_CHECKING:
     from sssi_exudyn.what_if.answer import WhatIf
 
 
 @checked
+@with_one_thread_for_products
 def whatif(
     run: RecordingFolder,
     out: OutFolder | None = None,

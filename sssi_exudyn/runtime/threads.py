@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import Final, TypeVar
+from functools import wraps
+from typing import Final, ParamSpec, TypeVar
 
 LINEAR_ALGEBRA: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables of the environment that say how many threads a product of matrices takes."""
@@ -14,6 +15,7 @@ First = TypeVar("First")
 Second = TypeVar("Second")
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+P = ParamSpec("P")
 
 
 def use_one_thread_for_products() -> None:
@@ -24,6 +26,25 @@ def use_one_thread_for_products() -> None:
     """
     for name in LINEAR_ALGEBRA:
         os.environ.setdefault(name, "1")
+
+
+def with_one_thread_for_products(function: Callable[P, Result]) -> Callable[P, Result]:
+    """Return the function with products of matrices that take one thread each, unless the environment says otherwise.
+
+    It is for sessions in which NumPy may be at work already; afterwards products take as many threads as before.
+    """
+
+    @wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> Result:
+        if any(name in os.environ for name in LINEAR_ALGEBRA):
+            return function(*args, **kwargs)
+        import scipy.linalg  # noqa: F401  with NumPy's library, whose threads can only be limited once both are loaded
+        from threadpoolctl import threadpool_limits
+
+        with threadpool_limits(1, user_api="blas"):
+            return function(*args, **kwargs)
+
+    return call
 
 
 def cores_used(most: int | None = None) -> int:

@@ -6,8 +6,16 @@ import sys
 import threading
 
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
-from sssi_exudyn.runtime.threads import LINEAR_ALGEBRA, both, cores_used, one_ahead, use_one_thread_for_products
+from sssi_exudyn.runtime.threads import (
+    LINEAR_ALGEBRA,
+    both,
+    cores_used,
+    one_ahead,
+    use_one_thread_for_products,
+    with_one_thread_for_products,
+)
 
 
 def test_products_take_one_thread_unless_the_environment_says_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -21,6 +29,20 @@ def test_the_command_says_so_before_numpy_is_imported() -> None:
     """A library reads its variables once, as it is loaded."""
     code = "import sys, sssi_exudyn.__main__; sys.exit('numpy' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_function_s_products_take_one_thread_in_a_session_that_has_numpy(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Afterwards, and where the environment says otherwise, they take as many as before."""
+
+    def threads() -> list[int]:
+        return [library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"]
+
+    monkeypatch.setattr(os, "environ", {})
+    with threadpool_limits(2, user_api="blas"):
+        assert set(with_one_thread_for_products(threads)()) == {1}
+        assert set(threads()) == {2}
+        os.environ[LINEAR_ALGEBRA[0]] = "2"
+        assert set(with_one_thread_for_products(threads)()) == {2}
 
 
 def test_one_result_is_computed_ahead_of_its_use_and_no_more() -> None:
