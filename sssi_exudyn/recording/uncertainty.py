@@ -28,8 +28,8 @@ class Uncertainty:
         0.4 * _DEGREE, "rad", low=0.0, high=_MOST, source=_SUIT, meaning="turn of a foot that changes over seconds"
     )
     foot_yaw_fast: float = quantity(
-        0.1 * _DEGREE, "rad", low=0.0, high=_MOST,
-        source="computed: segments that vary by 0.15 degrees, each for itself, within half a second",
+        0.15 * _DEGREE, "rad", low=0.0, high=_MOST,
+        source="measured: docs/notebook/uncertainty.md, noise of single segments that forgets within half a second",
         meaning="yaw of a foot that changes within a second",
     )  # fmt: skip
     foot_place: float = quantity(
