@@ -281,10 +281,10 @@ def _linearise_known(model: Model, setting: Setting, known: Posterior) -> tuple[
     """Linearise as ``linearise_at`` does, with the errors of posture and mass of an estimate already ``known``.  Its
     responses to them are taken where it has the same measurements, errors and heading.
     """
-    same = known.setting.seen.blocks == setting.seen.blocks and known.setting.errors == setting.errors
-    sizes = dict(zip(known.setting.errors, known.sizes, strict=False))  # the mass comes last
-    known_sizes = np.array([*(sizes.get(error, 0.0) for error in setting.errors), known.sizes[-1]])
-    point = point_at(setting, model, known_sizes, np.zeros(len(setting.seen.measured)))
+    before = known.setting
+    sizes = setting.sizes_of(before.errors, known.sizes)
+    point = point_at(setting, model, sizes, np.zeros(len(setting.seen.measured)))
+    same = before.seen.blocks == setting.seen.blocks and before.errors == setting.errors
     if not same or known.model.heading.is_found != model.heading.is_found:
         return point, linearise(setting, point)
     by_number = responses_to_numbers(setting, point, setting.unknowns, ())
