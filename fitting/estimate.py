@@ -27,6 +27,7 @@ from sssi_exudyn.fitting.parameters import (
     with_unknown_parts,
 )
 from sssi_exudyn.fitting.posterior import Posterior, find_posterior
+from sssi_exudyn.fitting.posture_errors import fast_errors
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess
 from sssi_exudyn.model.from_recording import VELOCITY_SIGMA
 from sssi_exudyn.model.legs import USUAL_COMPLIANCE
@@ -214,11 +215,12 @@ def setting_of(
     about = recording.uncertainty
     usual = {unknown.names: unknown for unknown in unknown_numbers(stated, problem.priors, recording)}
     given = {names: Parameter(names, prior) for names, prior in (more or {}).items()}
+    fast = fast_errors(about.foot_yaw_fast if balanced else 0.0, motion.start, motion.stop)
     return model, Setting(
         motion=motion,
         seen=observation_of(recording, model, motion, problem.counts, balanced=balanced, heights=heights),
         unknowns=tuple({**usual, **given}.values()),
-        errors=posture_errors(about, motion.start, motion.stop),
+        errors=(*posture_errors(about, motion.start, motion.stop), *fast),
         mass=(recording.skier.mass, about.mass),
     )
 

@@ -103,6 +103,11 @@ class Setting:
         """(k,) θ of a model."""
         return np.array([unknown.of(model) for unknown in self.unknowns])
 
+    def sizes_of(self, errors: Sequence[PostureError], sizes: Array) -> Array:
+        """Return η (m,) where those of ``errors`` are ``sizes``, the skier's mass last; 0 of all other errors."""
+        known = dict(zip(errors, sizes[:-1].tolist(), strict=True))
+        return np.array([*(known.get(error, 0.0) for error in self.errors), sizes[-1]])
+
     def in_units(self, values: Array) -> Array:
         """Return the model's numbers (…, k) where θ is ``values`` (…, k)."""
         return np.exp(values, out=np.array(values, dtype=np.float64), where=self.logarithmic)

@@ -279,10 +279,13 @@ def _bend(point: Point, linearised: Array) -> float:
 
 def _linearise_known(model: Model, setting: Setting, known: Posterior) -> tuple[Point, Responses]:
     """Linearise as ``linearise_at`` does, with the errors of posture and mass of an estimate already ``known``.  Its
-    responses to them are taken where it has the same measurements and the same heading.
+    responses to them are taken where it has the same measurements, errors and heading.
     """
-    point = point_at(setting, model, known.sizes, np.zeros(len(setting.seen.measured)))
-    if known.setting.seen.blocks != setting.seen.blocks or known.model.heading.is_found != model.heading.is_found:
+    before = known.setting
+    sizes = setting.sizes_of(before.errors, known.sizes)
+    point = point_at(setting, model, sizes, np.zeros(len(setting.seen.measured)))
+    same = before.seen.blocks == setting.seen.blocks and before.errors == setting.errors
+    if not same or known.model.heading.is_found != model.heading.is_found:
         return point, linearise(setting, point)
     by_number = responses_to_numbers(setting, point, setting.unknowns, ())
     return point, replace(known.responses, by_number=by_number)

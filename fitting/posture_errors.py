@@ -39,9 +39,13 @@ _BENT: Final = np.radians(5.0)
 """rad by which angles may change to keep it so."""
 _SPACING: Final = 1.5
 """s between the supports of an error that wanders."""
+_FAST: Final = 0.15
+"""The same of one that changes within a second: what a capture filtered at 6 Hz still shows, and skis that hardly slip
+answer to.
+"""
 _FURTHER: Final = 3
 """Instants about those at which a posture is other that second derivatives by differences change, and one more."""
-_MOST: Final = 24
+_MOST: Final = {_SPACING: 24, _FAST: 120}
 """Supports at most, however long the run."""
 _GRID: Final = 0.05
 """s between the instants at which directions are found and a correction is kept."""
@@ -55,16 +59,18 @@ class PostureError:
     side : 0 left, 1 right; −1 for the trunk
     support : which B-spline over time; −1 for a constant
     sigma : its standard deviation, rad or m
+    spacing : s between supports, longer where they would be too many
     """
 
     kind: str
     side: int
     support: int
     sigma: float
+    spacing: float = _SPACING
 
     def middle(self, start: float, stop: float) -> float:
         """Return when (s) an error that wanders is greatest, in a run from ``start`` to ``stop`` (s)."""
-        return float(_knots(start, stop)[self.support + 2])
+        return float(_knots(start, stop, self.spacing)[self.support + 2])
 
 
 @dataclass(frozen=True)
@@ -101,14 +107,14 @@ class PostureErrors:
         self.errors = errors
         self.time = prepared.time
         # as ``supports`` counts them: the tables end up to a step later
-        self._knots = _knots(parts.motion.start, parts.motion.stop)
+        self._ends = parts.motion.start, parts.motion.stop
         moving = PostureMap(parts, prepared.time)
         kinds = {(error.kind, error.side) for error in errors}
         self._responses = {kind: moving.responses(angles_of(*kind, moving.posture)) for kind in kinds}
 
     def profile(self, error: PostureError, time: Array) -> Array:
         """Return the error (n,) at ``time`` (n,), one where it is greatest."""
-        return _profile(self._knots, error.support, time)
+        return _profile(_knots(*self._ends, error.spacing), error.support, time)
 
     def change(self, error: PostureError) -> TableChange:
         """Return the tables that are wrong by a size (standard deviations)."""
@@ -132,9 +138,9 @@ class PostureErrors:
         return np.asarray(shape[:, None] * self._responses[error.kind, error.side].angles)
 
 
-def supports(start: float, stop: float) -> int:
+def supports(start: float, stop: float, spacing: float = _SPACING) -> int:
     """Return how many supports an error that wanders has from ``start`` to ``stop`` (s)."""
-    return len(_knots(start, stop)) - 4
+    return len(_knots(start, stop, spacing)) - 4
 
 
 def errors_of(sizes: Mapping[str, tuple[float, float]], start: float, stop: float) -> tuple[PostureError, ...]:
@@ -148,6 +154,14 @@ def errors_of(sizes: Mapping[str, tuple[float, float]], start: float, stop: floa
             errors.append(PostureError(kind, side, -1, constant))
             errors += [PostureError(kind, side, i, wander) for i in range(supports(start, stop))]
     return tuple(error for error in errors if error.sigma > 0.0)
+
+
+def fast_errors(sigma: float, start: float, stop: float) -> tuple[PostureError, ...]:
+    """Return errors of both feet's yaw (rad) that change within a second, in a run from ``start`` to ``stop`` (s); none
+    of size 0.
+    """
+    count = supports(start, stop, _FAST) if sigma > 0.0 else 0
+    return tuple(PostureError("yaw", side, i, sigma, _FAST) for side in (0, 1) for i in range(count))
 
 
 def _profile(knots: Array, support: int, time: Array) -> Array:
@@ -178,8 +192,8 @@ def spline_knots(start: float, stop: float, spacing: float, most: int) -> Array:
     return np.asarray(start + step * np.arange(-3, intervals + 4), dtype=np.float64)
 
 
-def _knots(start: float, stop: float) -> Array:
-    return spline_knots(start, stop, _SPACING, _MOST)
+def _knots(start: float, stop: float, spacing: float) -> Array:
+    return spline_knots(start, stop, spacing, _MOST[spacing])
 
 
 class PostureMap:

@@ -27,6 +27,11 @@ class Uncertainty:
     foot_wander: float = quantity(
         0.4 * _DEGREE, "rad", low=0.0, high=_MOST, source=_SUIT, meaning="turn of a foot that changes over seconds"
     )
+    foot_yaw_fast: float = quantity(
+        0.15 * _DEGREE, "rad", low=0.0, high=_MOST,
+        source="measured: docs/notebook/uncertainty.md, noise of single segments that forgets within half a second",
+        meaning="yaw of a foot that changes within a second",
+    )  # fmt: skip
     foot_place: float = quantity(
         0.01, "m", low=0.0, high=0.3, source=_SEGMENTS, meaning="each foot's place along and across the slope"
     )

@@ -17,6 +17,7 @@ from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.linearised_run import Setting, linearise_at
 from sssi_exudyn.fitting.parameters import law_unknowns
 from sssi_exudyn.fitting.posterior import Posterior, find_posterior
+from sssi_exudyn.fitting.posture_errors import fast_errors
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.uncertainty import Uncertainty
@@ -108,6 +109,22 @@ def test_moments_count_less_where_skis_stick() -> None:
     assert np.all(ratio[seen.blocks["moment_n"]] == 1.0)
     assert ratio[seen.blocks["moment_f"]].max() > 1.1
     np.testing.assert_array_equal(ratio[seen.blocks["moment_f"]], ratio[seen.blocks["moment_l"]])
+
+
+@pytest.mark.long
+def test_loads_answer_to_fast_turns_of_feet_where_skis_hold() -> None:
+    """So a larger ε, by which they answer less, would hide what a suit adds to them."""
+    model, setting = setting_about(Uncertainty())
+    motion = setting.motion
+    errors = fast_errors(Uncertainty.foot_yaw_fast, motion.start, motion.stop)[10:40:5]
+    setting = replace(setting, errors=errors)
+    answers = []
+    for eps in (0.03, 0.3):
+        _, responses = linearise_at(model.with_values({EPS: eps}), setting)
+        columns = responses.by_error[setting.seen.blocks["difference"], :-1]
+        answers.append(np.sqrt(np.mean(np.max(np.abs(columns), axis=0) ** 2)))
+    assert answers[0] > 1.5 * answers[1]
+    assert answers[0] > 2.0  # N
 
 
 @pytest.mark.long

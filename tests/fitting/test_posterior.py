@@ -241,6 +241,17 @@ def test_posture_and_snow_surface_are_found_together() -> None:
     assert np.mean(height) == pytest.approx(3.0, abs=0.2)  # the origin is no part of the estimate
 
 
+def test_an_estimate_of_fewer_errors_says_nothing_of_the_others() -> None:
+    _, setting = example()
+    sizes = np.arange(1.0, len(setting.errors) + 2.0)
+    np.testing.assert_array_equal(setting.sizes_of(setting.errors, sizes), sizes)
+    some = setting.errors[10:3:-1]
+    expected = np.zeros(len(sizes))
+    expected[4:11] = np.arange(7.0, 0.0, -1.0)
+    expected[-1] = 8.0
+    np.testing.assert_array_equal(setting.sizes_of(some, np.arange(1.0, 9.0)), expected)
+
+
 def test_a_constant_error_has_no_middle_and_a_wandering_one_has() -> None:
     _, setting = example()
     errors = setting.errors

@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 from bundled import bundled
 
-from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors, PostureMap, angles_of, grown, supports
+from sssi_exudyn.fitting.posture_errors import (
+    PostureError,
+    PostureErrors,
+    PostureMap,
+    angles_of,
+    fast_errors,
+    grown,
+    supports,
+)
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
@@ -117,6 +125,25 @@ def test_errors_that_wander_follow_any_slow_course() -> None:
     # Cubic splines of spacing h on a wave of length L: (2πh/L)⁴/384 ~ 0.02 at the ends, less within.
     assert np.abs(best - course).max() < 0.03
     assert shapes.max() <= 1.0 + 1e-9
+
+
+@pytest.mark.parametrize("period", [0.6, 1.0])
+def test_fast_errors_follow_a_course_of_less_than_a_second(period: float) -> None:
+    _, motion, prepared = example()
+    errors = fast_errors(ONE, motion.start, motion.stop)
+    left = [error for error in errors if error.side == 0]
+    assert len(left) == len(errors) / 2
+    about = errors_about_example(*errors)
+    shapes = np.stack([about.profile(error, prepared.time) for error in left], axis=1)
+    course = np.sin(2.0 * np.pi * prepared.time / period)
+    best = shapes @ np.linalg.lstsq(shapes, course, rcond=None)[0]
+    # (2πh/L)⁴/384 as above is 0.016 for 0.6 s, and some more at the ends
+    assert np.abs(best - course).max() < 0.05
+
+
+def test_there_are_no_fast_errors_of_size_zero_and_not_too_many_of_a_long_run() -> None:
+    assert fast_errors(0.0, 0.0, 6.0) == ()
+    assert len(fast_errors(ONE, 0.0, 600.0)) == len(fast_errors(ONE, 0.0, 60.0)) == 240
 
 
 def test_a_run_of_any_length_has_the_supports_that_are_counted() -> None:

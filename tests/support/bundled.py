@@ -26,7 +26,7 @@ def steady(recording: Recording) -> Recording:
     """Return the recording as by a suit whose errors do not wander: a dozen errors of the posture to be estimated
     instead of ten dozen, for tests that are not about the posture.
     """
-    wander = ("foot_wander", "foot_place_wander", "foot_height_wander", "trunk_wander")
+    wander = ("foot_wander", "foot_yaw_fast", "foot_place_wander", "foot_height_wander", "trunk_wander")
     return replace(recording, uncertainty=replace(recording.uncertainty, **dict.fromkeys(wander, 0.0)))
 
 
