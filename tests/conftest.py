@@ -54,15 +54,15 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The long tests first, so that no worker begins one when the others have finished: those of the file with the
-    longest before all others, since tests of a file share what is made for them.
+    """The files with long tests first, those with the longest before all others, so that no worker begins a long test
+    when the others have finished.  Tests of a file stay together, since they share what is made for them.
     """
     seconds: dict[Path, float] = {}
     for item in items:
         mark = item.get_closest_marker("long")
         own = float(mark.kwargs.get("seconds", 3.0)) if mark else 0.0
         seconds[item.path] = max(seconds.get(item.path, 0.0), own)
-    items.sort(key=lambda item: seconds[item.path] if item.get_closest_marker("long") else 0.0, reverse=True)
+    items.sort(key=lambda item: seconds[item.path], reverse=True)
 
 
 @pytest.fixture

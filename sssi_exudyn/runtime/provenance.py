@@ -9,6 +9,7 @@ import hashlib
 import os
 import platform
 from collections.abc import Mapping
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any, Final
@@ -18,6 +19,12 @@ _PACKAGES: Final = ("exudyn", "numpy", "scipy", "numba", "nlopt", "pandas")
 
 def versions() -> dict[str, str]:
     """Return the versions of this program, of Python and of the packages whose version may change a figure."""
+    return dict(_versions())
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """Return the same, read once a process: a command asks several times, and reading takes 30 ms."""
     own = {"sssi_exudyn": metadata.version("sssi-exudyn"), "python": platform.python_version()}
     return own | {name: _version(name) for name in _PACKAGES}
 

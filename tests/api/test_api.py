@@ -187,7 +187,7 @@ def test_a_short_run_in_memory(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.usefixtures("coarse_skis")
+@pytest.mark.usefixtures("words_only", "coarse_skis")
 def test_a_stretch_of_a_recording_is_simulated_alone(tmp_path: Path) -> None:
     whole = bundled("beginner")[0]
     run = sssi_exudyn.simulate(whole, tmp_path / "stretch", seconds=(4.0, 6.0))
@@ -215,6 +215,7 @@ def test_what_is_no_stretch_is_said(given: Any) -> None:
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("words_only")
 def test_one_worker_of_a_sweep_works_in_this_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def none(*_: object) -> None:
         raise AssertionError("a process was started")

@@ -164,6 +164,7 @@ def test_arguments_of_another_type_are_one_clear_line() -> None:
 
 
 @pytest.mark.long(seconds=6)
+@pytest.mark.usefixtures("words_only", "coarse_skis")
 def test_csv_is_written_next_to_parquet_where_it_is_asked_for(tmp_path: Path) -> None:
     recording = bundled("beginner")[0]
     short = replace(recording, stop=recording.start + 0.4)

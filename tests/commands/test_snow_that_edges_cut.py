@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bundled import EXAMPLES, bundled
+from no_plots import without_plots
 
 import sssi_exudyn
 from sssi_exudyn.commands.runs import Outcome, add_terms, write_outcome
@@ -32,7 +33,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     model = add_terms(model_of(recording, motion), (Carving(mu=0.1),))
     result = simulate(model, motion, stop=motion.start + 0.5)
     fit = Fit(method="joint", parameters={"carving.mu": Estimate(0.1, 0.004)})
-    write_outcome(out, recording, motion, model, result, Outcome({"command": "simulate"}, fit))
+    with without_plots():
+        write_outcome(out, recording, motion, model, result, Outcome({"command": "simulate"}, fit))
     return out
 
 
@@ -77,7 +79,8 @@ def freed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     recording, motion = bundled("intermediate")
     model = add_terms(model_of(recording, motion), (Carving(mu=0.1),)).with_heading("free")
     result = simulate(model, motion, stop=motion.start + 0.5)
-    write_outcome(out, recording, motion, model, result, Outcome({"command": "simulate"}))
+    with without_plots():
+        write_outcome(out, recording, motion, model, result, Outcome({"command": "simulate"}))
     return out
 
 

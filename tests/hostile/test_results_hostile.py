@@ -21,6 +21,7 @@ import pytest
 from a_diagnosis import whole_version
 from a_run import a_run
 from limited import run_limited
+from no_plots import without_plots
 from tiny import Tiny
 
 import sssi_exudyn
@@ -28,6 +29,7 @@ from sssi_exudyn.bodies.skier.chain import average_geometry, geometry_to_dict
 from sssi_exudyn.commands.runs import report, validate
 from sssi_exudyn.io import parquet
 from sssi_exudyn.model.toml import model_to_dict
+from sssi_exudyn.reports.plots import svg
 from sssi_exudyn.results.folder import DRAW_ANGLES, DRAW_MASS, ResultContent, amend_result, read_diagnosis, write_result
 from sssi_exudyn.results.stored import read_run
 
@@ -53,7 +55,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
         draws=draws,
     )
     write_result(folder, content)
-    report([folder], folder.parent / "report.html")
+    svg("first", lambda _: None, 1.0, 1.0)
+    with without_plots():
+        report([folder], folder.parent / "report.html")
     return folder
 
 

@@ -157,19 +157,20 @@ def pages() -> dict[str, str]:
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def chromium() -> Iterator[Any]:
+    with browser() as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory, chromium: Any) -> dict[str, Path]:
+    """Write all pages, once there is a browser to show them."""
     folder = tmp_path_factory.mktemp("pages")
     written = {}
     for name, page in pages().items():
         written[name] = folder / f"{name}.html"
         written[name].write_text(page, encoding="utf-8")
     return written
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Any]:
-    with browser() as started:
-        yield started
 
 
 @pytest.mark.long(seconds=20)

@@ -11,7 +11,7 @@ import pytest
 from sssi_exudyn.core.advance import part_of
 from sssi_exudyn.runtime.compiling import compiling
 from sssi_exudyn.runtime.progress import Progress, Stage, about, progress_on_stderr
-from sssi_exudyn.runtime.provenance import provenance, versions
+from sssi_exudyn.runtime.provenance import _versions, provenance, versions
 
 
 class Terminal(io.StringIO):
@@ -194,6 +194,8 @@ def test_a_package_that_is_missing_is_said_to_be(monkeypatch: pytest.MonkeyPatch
         return real(package)
 
     monkeypatch.setattr(metadata, "version", without_numba)
+    # as in a process that has not asked before
+    monkeypatch.setattr("sssi_exudyn.runtime.provenance._versions", _versions.__wrapped__)
     packages = versions()
     assert packages["numba"] == "not installed"
     assert packages["numpy"] == real("numpy")

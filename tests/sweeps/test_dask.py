@@ -90,6 +90,7 @@ def running(*command: str) -> Iterator[subprocess.Popen[bytes]]:
 
 
 @pytest.mark.long(seconds=35)
+@pytest.mark.usefixtures("words_only")
 def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -127,6 +128,7 @@ def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(
 
 
 @pytest.mark.long(seconds=25)
+@pytest.mark.usefixtures("words_only")
 def test_what_ifs_are_answered_though_a_worker_dies(tmp_path: Path) -> None:
     result, out = tmp_path / "results" / "beginner", tmp_path / "out"
     sssi_exudyn.simulate(EXAMPLES / "beginner", result, seconds=":2.1")

@@ -89,7 +89,7 @@ def test_table_has_a_row_a_run_with_inputs_units_and_figures(swept: Path) -> Non
 
 
 @pytest.mark.long
-@pytest.mark.usefixtures("within")
+@pytest.mark.usefixtures("within", "words_only")
 def test_same_file_gives_the_same_bytes_on_another_number_of_workers(swept: Path, tmp_path: Path) -> None:
     sweeps.sweep(settings(), tmp_path / "deeper" / "one", workers=1)
     for name in ("runs.parquet", "columns.csv"):
@@ -151,6 +151,7 @@ def test_recording_that_has_changed_stops_the_sweep(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("words_only")
 def test_run_that_kills_its_worker_is_found_and_the_others_go_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -218,6 +219,7 @@ def test_torn_records_are_passed_over_and_their_runs_done_again(torn: bytes, tmp
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("words_only")
 @pytest.mark.parametrize("kind", ["plain", "given"])
 def test_sweep_of_an_earlier_version_is_continued(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Take folders left by version 0.1.0, one with a ``model =``; two runs of three had ended when it was killed."""
@@ -289,6 +291,7 @@ def gone(process: psutil.Process) -> bool:
 
 
 @pytest.mark.long(seconds=20)
+@pytest.mark.usefixtures("words_only")
 def test_killed_worker_then_killed_sweep_lose_nothing_and_repeat_nothing(
     started: Callable[[int], tuple[subprocess.Popen[str], Path]], monkeypatch: pytest.MonkeyPatch
 ) -> None:

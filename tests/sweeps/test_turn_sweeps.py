@@ -85,6 +85,7 @@ def test_a_deeper_sidecut_keeps_the_waist() -> None:
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("words_only")
 def test_two_skis_on_one_recorded_run_on_snow_that_edges_cut(tmp_path: Path) -> None:
     settings = {
         "format": 1,

@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 import pytest
 from bundled import EXAMPLES
+from no_plots import without_plots
 
 import sssi_exudyn
 from sssi_exudyn.core.errors import InputError
@@ -22,7 +23,8 @@ pytestmark = pytest.mark.long(seconds=20)
 def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a simulation of the beginner's first seconds."""
     out = tmp_path_factory.mktemp("results") / "beginner"
-    sssi_exudyn.simulate(EXAMPLES / "beginner", out, seconds=":2.5")
+    with without_plots():
+        sssi_exudyn.simulate(EXAMPLES / "beginner", out, seconds=":2.5")
     return out
 
 

@@ -13,7 +13,7 @@ from marched_turn import marched_forces, mean_motion
 from sssi_exudyn.bodies.ski.ski import Profile, Ski, catalogue, read_ski
 from sssi_exudyn.contact.codegen.compiled import law_parameters
 from sssi_exudyn.contact.terms.carving import Carving
-from sssi_exudyn.simulation.reduced.edge_setup import carving_module
+from sssi_exudyn.simulation.reduced.edge_setup import POINTS, carving_module
 from sssi_exudyn.simulation.turns.steady_turn import (
     NoSteadyTurn,
     Rolling,
@@ -38,8 +38,8 @@ def slalom(edge_deg: float) -> tuple[SteadyTurn, Rolling]:
     return turn_of(SLALOM, edge_deg)
 
 
-def radius(ski: Ski, edge_deg: float = 45.0, **others: float) -> float:
-    metres = turn_of(ski, edge_deg, **others)[0].radius
+def radius(ski: Ski, edge_deg: float = 45.0) -> float:
+    metres = (slalom(edge_deg) if ski is SLALOM else turn_of(ski, edge_deg))[0].radius
     assert metres is not None
     return metres
 
@@ -71,7 +71,8 @@ def test_a_second_implementation_finds_the_same_balance(edge_deg: float, points:
     # the ski swings at 13 to 15 Hz about its turn, by 0.03 % of its yaw rate at most, with 200 points at 30° by 0.6 %.
     # By 0.03 mm of offset the force across changes by 30 N: marched in the motion of one instant it is off by -5 to
     # +3 %, with 200 points by -116 to +60 %.  In the mean motion of seven swings it is off by 1.2 and 2.8 %
-    turn, rolling = steady_turn(TurnCase(np.radians(edge_deg).item()), start_rolling(edges_of(SLALOM, points)))
+    case = TurnCase(np.radians(edge_deg).item())
+    turn, rolling = slalom(edge_deg) if points == POINTS else steady_turn(case, start_rolling(edges_of(SLALOM, points)))
     rolling = mean_motion(turn, rolling, 0.5)
     force, modal = marched_forces(turn, rolling)
     load = turn.case.load
@@ -85,8 +86,7 @@ def test_a_second_implementation_finds_the_same_balance(edge_deg: float, points:
 
 @pytest.mark.parametrize(("edge_deg", "pressure"), [(30.0, 0.0), (60.0, 0.0), (70.0, 0.0), (60.0, -0.1)])
 def test_what_the_snow_takes_is_what_the_skier_gives(edge_deg: float, pressure: float) -> None:
-    case = TurnCase(np.radians(edge_deg).item(), pressure=pressure)
-    turn, _ = steady_turn(case, start_rolling(edges_of(SLALOM)))
+    turn = slalom(edge_deg)[0] if pressure == 0.0 else turn_of(SLALOM, edge_deg, pressure=pressure)[0]
     # 0.5 %: the turn still swings a little, and backward Euler's steps take energy from that
     assert turn.power == pytest.approx(turn.friction + turn.compaction + turn.skid, rel=5e-3)
     assert min(turn.friction, turn.compaction, turn.skid) > 0.0
@@ -103,8 +103,8 @@ def test_drag_is_against_the_path() -> None:
 
 def test_the_mirrored_ski_runs_the_mirrored_turn() -> None:
     start = start_rolling(edges_of(SLALOM))
-    case = TurnCase(np.radians(45.0).item())
-    left, _ = steady_turn(case, start)
+    left, _ = slalom(45.0)
+    case = left.case
     right, _ = steady_turn(replace(case, edge=-case.edge), replace(start, edge=-start.edge))
     assert right.curvature == pytest.approx(-left.curvature, rel=1e-9)
     assert right.drag == pytest.approx(left.drag, rel=1e-9)
@@ -121,7 +121,7 @@ def test_the_radius_falls_with_the_edge_angle(name: str) -> None:
 
 def test_half_the_step_and_half_the_gaps_change_little() -> None:
     case, edges = TurnCase(np.radians(45.0).item()), edges_of(SLALOM)
-    usual = steady_turn(case, start_rolling(edges))[0].radius
+    usual = slalom(45.0)[0].radius
     shorter = steady_turn(case, start_rolling(edges), step_points=0.5)[0].radius
     finer = steady_turn(case, start_rolling(edges_of(SLALOM, points=200)))[0].radius
     assert shorter == pytest.approx(usual, rel=0.01)
