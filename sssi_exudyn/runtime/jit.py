@@ -23,8 +23,8 @@ except Exception as error:  # noqa: BLE001  a broken installation may raise anyt
 
 
 _FEW: Final = (100_000, 20, 20)
-"""Thresholds of the garbage collector while a function is compiled: with the usual ones it looks often and finds little,
-as what a compiler makes lives until it has ended."""
+"""Thresholds of the garbage collector while a function is compiled: with the usual ones it looks often and finds
+little, as what a compiler makes lives until it has ended."""
 
 
 @contextlib.contextmanager
