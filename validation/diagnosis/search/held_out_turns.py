@@ -13,19 +13,21 @@ from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.observations import Measurements
 
 _FOLDS = 4
-"""Parts of a run that has not as many changes of edges."""
+"""Parts of a run that has not as many changes of edges, the first and the last of which are not predicted."""
 
 
 def folds_of(measurements: Measurements, edge_changes: Array) -> list[tuple[float, float]]:
-    """Return the turns from one change of edges to the next (s), or equal parts where there are fewer than three of
-    them.
+    """Return the turns from one change of edges to the next (s), or two equal parts where there are fewer than three
+    changes.
+
+    What is before the first of them and after the last has measurements on one side only.  Its errors are those of
+    extrapolation, several times as large as all others, and say nothing of a name.
     """
     begin, end = float(measurements.fixes[0]), float(measurements.fixes[-1])
     inner = edge_changes[(edge_changes > begin + 0.5) & (edge_changes < end - 0.5)]
     if len(inner) < _FOLDS - 1:
         inner = np.linspace(begin, end, _FOLDS + 1)[1:-1]
-    edges = [begin, *(float(t) for t in inner), end + 1e-9]
-    return list(itertools.pairwise(edges))
+    return list(itertools.pairwise(inner.tolist()))
 
 
 def held_out_errors(
