@@ -79,7 +79,7 @@ class Drawn:
 
 
 def hidden_effects(fitted: FittedRun, draws: int, rng: np.random.Generator) -> tuple[list[str], Array]:
-    """Return names (D,) of hidden effects, the first ones nothing, and what they do to the measurements (N, D)."""
+    """Return names (D,) of hidden effects and what they do to the measurements (N, D)."""
     plain, names, columns = plain_run(fitted.run), [NOTHING_MISSING] * (NOTHING_SHARE * draws), []
     turned = responses_of(BY_NAME[HeadingMisalignment.name].probes(fitted), fitted.prepared, fitted.measurements)
     for name, make in EFFECTS.items():
@@ -128,9 +128,7 @@ def draw_and_weigh(folder: str, begin: float, long: float, seed: int, draws: int
     by_worlds = [answer.name for answer in answers], classifier.probabilities(table)
     names, tempered, plain = _by_evidence(evidence)
     shapes, moves = hidden_effects(fitted, SHAPES, np.random.default_rng([seed, 1]))
-    nothing = NOTHING_SHARE * SHAPES
-    white = whiten_columns(linear, state.levels, moves[:, nothing:])
-    ceiling = best_possible(shapes[nothing:], white, known, worlds.rest, answers)
+    ceiling = best_possible(shapes, whiten_columns(linear, state.levels, moves), known, worlds.rest, answers)
     ways = (names, tempered), (names, plain), by_worlds, _by_both((names, tempered), by_worlds), ceiling
     weighed = dict(zip(WEIGHERS, ways, strict=True))
     return Drawn(hidden, worlds.strength, weighed, classifier.outside(table), seconds)

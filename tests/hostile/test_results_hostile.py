@@ -55,7 +55,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
         draws=draws,
     )
     write_result(folder, content)
-    svg("first", lambda _: None, 1.0, 1.0)
+    svg("first", lambda _: None, 1.0, 1.0)  # Matplotlib is loaded here, not in a process whose memory is limited
     with without_plots():
         report([folder], folder.parent / "report.html")
     return folder
