@@ -1,11 +1,12 @@
 """Each chosen number of the diagnosis, 1.5 times as large and as small: what it changes of unseen cases.
 
-``python benchmarks/thresholds.py [--seed 46201] [--cases 36] [--json FILE]`` writes a row a case, number and factor
-into the file, goes on with those that it lacks, and prints which numbers changed anything.
+``python benchmarks/thresholds.py FOLDER [--seed 46201] [--cases 36] [--again 0]`` keeps a file a case in the folder,
+goes on with what it lacks, and prints which numbers changed anything.
 
-A case is diagnosed once with numbers that keep what they were compared with.  Where a number was compared alone, and
-no comparison would have come out otherwise, the diagnosis would be the same: it is not repeated.  All others are
-diagnosed again; estimates, refits, responses and noise levels whose inputs are the same are taken from memory.
+First every case is diagnosed once, with numbers that keep what they were compared with.  Where a number was not read,
+or was compared alone and no comparison would have come out otherwise, the diagnosis would be the same: it is not
+repeated.  Then, for the first ``--again`` cases, the others are diagnosed again; estimates, refits, responses and noise
+levels whose inputs are the same are taken from memory.
 """
 
 from __future__ import annotations
@@ -17,8 +18,7 @@ import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.runtime.cache import Cache
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 from sssi_exudyn.validation.benchmark.cases import Case, Made, make, plan
 from sssi_exudyn.validation.benchmark.run import base_of
 from sssi_exudyn.validation.diagnosis import state
@@ -49,16 +50,37 @@ Outcome = dict[str, Any]
 class Row:
     """A case with one number changed.
 
-    again : whether it was diagnosed again; else no comparison came out otherwise
+    again : whether it was diagnosed again; False where no comparison came out otherwise, None where that is to be done
     changed : what of the outcome is another one, each before and after
     """
 
-    case: int
-    hidden: str
     threshold: str
     factor: float
-    again: bool
+    again: bool | None
     changed: dict[str, tuple[str, str]]
+
+
+@dataclass(frozen=True)
+class Studied:
+    """A case, what its diagnosis says, and a row a number and factor."""
+
+    case: int
+    hidden: str
+    kind: str
+    strength: int
+    outcome: Outcome
+    rows: tuple[Row, ...]
+
+
+@dataclass(frozen=True)
+class Watched(Thresholds):
+    """Numbers that keep which of them were read."""
+
+    read: ClassVar[set[str]] = set()
+
+    def __getattribute__(self, name: str) -> Any:
+        Watched.read.add(name)
+        return super().__getattribute__(name)
 
 
 class Traced(float):
@@ -152,75 +174,98 @@ def outcome_of(diagnosis: Diagnosis, case: Case) -> Outcome:
     }
 
 
-def study(made: Made, done: set[tuple[str, float]], write: Callable[[Row], None], cache: Cache) -> None:
-    """Diagnose a case with each number changed, but for what is ``done``, and ``write`` a row of each."""
-    levels = remembered(best_levels)
-    for module in (compare_hypotheses, reestimate_rivals, state):
-        module.best_levels = levels  # type: ignore[attr-defined]
+def diagnosed(made: Made, cache: Cache, thresholds: Thresholds) -> Outcome:
+    """Return what a diagnosis by the reduced model says of a case with those numbers."""
+    result = diagnose(made.recording, made.motion, made.model, full=False, cache=cache, thresholds=thresholds)
+    return outcome_of(result.diagnosis, made.case)
 
-    def outcome(thresholds: Thresholds) -> Outcome:
-        result = diagnose(made.recording, made.motion, made.model, full=False, cache=cache, thresholds=thresholds)
-        return outcome_of(result.diagnosis, made.case)
 
-    numbers = {field.name: getattr(THRESHOLDS, field.name) for field in fields(THRESHOLDS)}
-    traced = {name: Traced(value) for name, value in numbers.items() if isinstance(value, float)}
-    changed_numbers: dict[str, Any] = dict(traced)
-    before = outcome(replace(THRESHOLDS, **changed_numbers))
-    for name, value in numbers.items():
+def numbers() -> dict[str, Any]:
+    """Return all chosen numbers by name."""
+    return {field.name: getattr(THRESHOLDS, field.name) for field in fields(THRESHOLDS)}
+
+
+def first_pass(made: Made, cache: Cache) -> Studied:
+    """Diagnose a case as it is, and say of which numbers it has to be diagnosed again."""
+    traced = {name: Traced(value) for name, value in numbers().items() if isinstance(value, float)}
+    Watched.read.clear()
+    outcome = diagnosed(made, cache, Watched(**{**numbers(), **traced}))
+    read = set(Watched.read)
+    rows = []
+    for name, value in numbers().items():
         for factor in (FACTOR, 1.0 / FACTOR):
-            if (name, factor) in done:
-                continue
             other = scaled(value, factor)
-            again = other != value and not (name in traced and traced[name].same_with(other))
-            after = outcome(replace(THRESHOLDS, **{name: other})) if again else before
-            changed = {key: (before[key], after[key]) for key in before if before[key] != after[key]}
-            write(Row(made.case.index, made.case.name, name, factor, again, changed))
+            same = name not in read or other == value or (name in traced and traced[name].same_with(other))
+            rows.append(Row(name, factor, False if same else None, {}))
+    case = made.case
+    return Studied(case.index, case.name, case.kind, case.strength, outcome, tuple(rows))
 
 
-def summary(rows: Sequence[Row]) -> str:
+def second_pass(made: Made, studied: Studied, cache: Cache, write: Callable[[Studied], None]) -> None:
+    """Diagnose a case again with each number that may change it, and ``write`` it after each."""
+    rows, before = list(studied.rows), studied.outcome
+    for index, row in enumerate(rows):
+        if row.again is not None:
+            continue
+        changed_number = {row.threshold: scaled(numbers()[row.threshold], row.factor)}
+        after = diagnosed(made, cache, replace(THRESHOLDS, **changed_number))
+        changed = {key: (before[key], after[key]) for key in before if before[key] != after[key]}
+        rows[index] = replace(row, again=True, changed=changed)
+        write(replace(studied, rows=tuple(rows)))
+
+
+def summary(cases: Sequence[Studied]) -> str:
     """Return numbers by what they change, those that change most first."""
     lines = [
-        "| number | cases | diagnosed again | verdict or name | sure or held | other |",
-        "|---|---|---|---|---|---|",
+        "| number | cases | diagnosed again | to be | verdict or name | sure or held | other |",
+        "|---|---|---|---|---|---|---|",
     ]
     counts = []
-    for name in dict.fromkeys(row.threshold for row in rows):
-        some = [row for row in rows if row.threshold == name]
-        changed = [set(row.changed) for row in some]
+    for name in numbers():
+        rows = [row for studied in cases for row in studied.rows if row.threshold == name]
+        changed = [set(row.changed) for row in rows]
         named = sum(bool(keys & {"verdict", "names"}) for keys in changed)
         flags = sum(bool(keys & {"surely", "mu_t held", "mu_n held", "sizes held"}) for keys in changed)
         other = sum(bool(keys & {"alternatives", "next"}) for keys in changed)
-        cases = len({row.case for row in some})
-        counts.append((named, flags, other, name, cases, sum(row.again for row in some)))
-    for named, flags, other, name, cases, again in sorted(counts, key=lambda count: (-count[0], -count[1], -count[2])):
-        lines.append(f"| {name} | {cases} | {again} | {named} | {flags} | {other} |")
+        again, open_rows = sum(row.again is True for row in rows), sum(row.again is None for row in rows)
+        counts.append((named, flags, other, name, again, open_rows))
+    for named, flags, other, name, again, open_rows in sorted(counts, key=lambda count: tuple(-n for n in count[:3])):
+        lines.append(f"| {name} | {len(cases)} | {again} | {open_rows} | {named} | {flags} | {other} |")
     return "\n".join(lines)
 
 
+@with_one_thread_for_products
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, help="where a file a case is kept")
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--cases", type=int, default=CASES, help="of a plan of 36, the first so many")
-    parser.add_argument("--json", type=Path, help="where rows are kept")
+    parser.add_argument("--again", type=int, default=0, help="cases that are diagnosed again with changed numbers")
     options = parser.parse_args()
-    rows = list(read_json(options.json, tuple[Row, ...])) if options.json and options.json.exists() else []
+    levels = remembered(best_levels)
+    for module in (compare_hypotheses, reestimate_rivals, state):
+        module.best_levels = levels  # type: ignore[attr-defined]
     bases = []
     for name in ("beginner", "intermediate"):
         recording = read_recording(EXAMPLES / name)
         motion = motion_from_recording(recording)
         bases.append(base_of(recording, motion, model_of(recording, motion)))
+    options.folder.mkdir(parents=True, exist_ok=True)
+    planned = plan(CASES, options.seed)[: options.cases]
 
-    def write(row: Row) -> None:
-        rows.append(row)
-        if options.json:
-            write_atomically(options.json, to_json([asdict(done) for done in rows]))
+    def file_of(index: int) -> Path:
+        return Path(options.folder) / f"case_{index:02}.json"
 
-    for index, planned in enumerate(plan(CASES, options.seed)[: options.cases]):
-        done = {(row.threshold, row.factor) for row in rows if row.case == index}
-        if len(done) < 2 * len(fields(THRESHOLDS)):
-            with TemporaryDirectory() as folder:
-                study(make(index, planned, bases, options.seed), done, write, Cache(Path(folder)))
-    print(summary(rows))
+    def write(studied: Studied) -> None:
+        write_atomically(file_of(studied.case), to_json(asdict(studied)))
+
+    for index, concealed in enumerate(planned):
+        if not file_of(index).exists():
+            write(first_pass(make(index, concealed, bases, options.seed), Cache(options.folder / f"cache_{index:02}")))
+    for index, concealed in enumerate(planned[: options.again]):
+        made = make(index, concealed, bases, options.seed)
+        second_pass(made, read_json(file_of(index), Studied), Cache(options.folder / f"cache_{index:02}"), write)
+    print(summary([read_json(file_of(index), Studied) for index in range(len(planned))]))
 
 
 if __name__ == "__main__":

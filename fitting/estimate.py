@@ -32,7 +32,6 @@ from sssi_exudyn.fitting.snow_surface import SurfaceProcess
 from sssi_exudyn.model.from_recording import VELOCITY_SIGMA
 from sssi_exudyn.model.legs import USUAL_COMPLIANCE
 from sssi_exudyn.model.model import PRESETS, Model
-from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache, fingerprint
@@ -236,7 +235,7 @@ def judging_run(model: Model, motion: Motion, cache: Cache | None) -> JudgingRun
         assert result.antenna is not None
         return {"time": result.time, "antenna": result.antenna, "sole": result.sole_force}
 
-    key = fingerprint("full run", model_to_dict(model), motion)
+    key = fingerprint("full run", model, motion)
     shapes = {"time": (None,), "antenna": (None, 3), "sole": (None, 2)}
     kept = cache.get_or_make(key, run, shapes) if cache else run()
     return JudgingRun(*(np.asarray(kept[name], dtype=np.float64) for name in shapes))

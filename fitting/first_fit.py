@@ -43,7 +43,6 @@ from sssi_exudyn.fitting.snow_prior import glide_prior
 from sssi_exudyn.model.from_recording import guess_with_error
 from sssi_exudyn.model.heading import REPLAY
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache, Shapes, fingerprint
@@ -267,7 +266,7 @@ def _cached_search(
 
     if cache is None:
         return _search_reduced(problem, at, progress, tolerance)
-    about = (problem.names, problem.priors, problem.weight, problem.counts, problem.track, model_to_dict(problem.model))
+    about = (problem.names, problem.priors, problem.weight, problem.counts, problem.track, problem.model)
     shapes: Shapes = {
         "values": (len(problem.names),),
         "objective": (),
@@ -337,7 +336,7 @@ def _search(
 def full_residual(problem: Problem, motion: Motion, values: Array, cache: Cache | None = None) -> Array:
     """Return measured minus simulated by the full model, (n, 2) m."""
     model = problem.model_at(values)
-    key = fingerprint("antenna", model_to_dict(model), motion)
+    key = fingerprint("antenna", model, motion)
 
     def run() -> dict[str, Array]:
         time, antenna = antenna_path(model, motion)

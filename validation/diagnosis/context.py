@@ -30,7 +30,6 @@ from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess, on_snow_surface
 from sssi_exudyn.model.faults import InsoleGain, LeverArm
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.instruments.gps import Gps
@@ -147,7 +146,7 @@ def diagnosis_problem(
         measurements=measurements,
         fitting=fitting,
         key=fingerprint(
-            model_to_dict(model),
+            model,
             motion,
             measurements.measured,
             measurements.counts,

@@ -25,7 +25,6 @@ from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.fitting.snow_surface import surface_process
 from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.runtime.cache import Shapes, fingerprint
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
@@ -175,7 +174,7 @@ def linearise_about(
         problem,
         ground=None if problem.ground is None or model.surface is None else problem.ground.estimated(model),
         prepared=prepare(model, problem.motion, step=STEP),
-        key=fingerprint(problem.key, model_to_dict(model), posterior.sizes),
+        key=fingerprint(problem.key, model, posterior.sizes),
     )
     model, _ = problem.place(model)
     seen, beyond = posterior.setting.seen, np.zeros(len(problem.measurements.measured))
@@ -211,9 +210,7 @@ def fit_model(
     if problem.cache is None:
         return run()
     # NumPy's arrays and numbers alone are kept; the model follows from them
-    key = fingerprint(
-        "refit", problem.key, model_to_dict(model), parameters, levels, state.beyond, state.nuisances, worth
-    )
+    key = fingerprint("refit", problem.key, model, parameters, levels, state.beyond, state.nuisances, worth)
     shapes = kept_shapes(len(state.beyond), len(parameters))
     fit = refit_of(problem.cache.get_or_make(key, lambda: arrays_of(run()), shapes), model, parameters)
     return replace(fit, model=problem.place(fit.model)[0])
@@ -317,7 +314,7 @@ def _nuisances(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Co
         }
 
     size = len(problem.measurements.measured)
-    key = fingerprint("nuisances", problem.key, model_to_dict(model), sizes, sorted(fitted))
+    key = fingerprint("nuisances", problem.key, model, sizes, sorted(fitted))
     rows = (size, None)
     shapes: Shapes = {"columns": rows, "scales": (None,), "posture": rows, "surface": rows, "mean": (size,)}
     kept = get_or_make(problem, key, run, shapes)

@@ -30,7 +30,6 @@ from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.runtime.cache import fingerprint
 from sssi_exudyn.runtime.threads import side_by_side
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
@@ -106,7 +105,8 @@ def responses_by_name(problem: DiagnosisProblem, fitted: FittedRun) -> dict[str,
     problem.progress(None, "the response to every hypothesis")
     by_name = {hypothesis.name: hypothesis.probes(fitted) for hypothesis in problem.hypotheses}
     probes = [probe for some in by_name.values() for probe in some]
-    key = fingerprint("probes", problem.key, [(model_to_dict(p.model), p.number) for p in probes])
+    own = [(_without_large_parts(probe.model, fitted.model), probe.number) for probe in probes]
+    key = fingerprint("probes", problem.key, fitted.model, own)
     shapes = {"columns": (len(fitted.prediction), len(probes))}
     kept = get_or_make(
         problem, key, lambda: {"columns": responses_of(probes, fitted.prepared, fitted.measurements)}, shapes
@@ -114,6 +114,15 @@ def responses_by_name(problem: DiagnosisProblem, fitted: FittedRun) -> dict[str,
     columns = np.asarray(kept["columns"], dtype=np.float64)
     ends = np.cumsum([len(some) for some in by_name.values()])
     return dict(zip(by_name, np.split(columns, ends[:-1], axis=1), strict=True))
+
+
+def _without_large_parts(model: Model, run_model: Model) -> Model:
+    """Return a probe's model without the snow surface and the posture's correction of the run, which all probes share:
+    to hash them for each of some hundred probes took a twentieth of a diagnosis.
+    """
+    surface = None if model.surface is run_model.surface else model.surface
+    posture = None if model.posture is run_model.posture else model.posture
+    return replace(model, surface=surface, posture=posture)
 
 
 def _screen(

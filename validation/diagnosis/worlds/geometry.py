@@ -25,6 +25,8 @@ _FARTHEST: Final = 10.0
 """Usual sizes up to which limits of an effect are looked for."""
 _HALVINGS: Final = 8
 """Halvings of that, to some 0.04 of a usual size."""
+_ROUNDING: Final = 1e-9
+"""Share by which a number stays on this side of its bound."""
 
 
 @dataclass(frozen=True)
@@ -143,10 +145,18 @@ def limits_of(hypothesis: Hypothesis, candidate: Candidate) -> Array:
 
 
 def _largest(hypothesis: Hypothesis, candidate: Candidate, amplitudes: Array) -> float:
-    """Return by how many times ``amplitudes`` (w,) are possible at most."""
-    low, high = 0.0, _FARTHEST
-    if is_possible(hypothesis, candidate, high * amplitudes):
-        return np.inf
+    """Return by how many times ``amplitudes`` (w,) are possible at most.
+
+    The bounds of numbers say so at once; what a hypothesis says beyond them is found by halving.
+    """
+    model, high = candidate.model, _FARTHEST
+    for group, amplitude in zip(candidate.amplitudes, amplitudes.tolist(), strict=True):
+        for name in group if amplitude else ():
+            bound = model.bounds(name)[amplitude > 0.0]
+            high = min(high, (bound - model.value(name)) / amplitude)
+    if is_possible(hypothesis, candidate, high * (1.0 - _ROUNDING) * amplitudes):
+        return np.inf if high == _FARTHEST else high
+    low = 0.0
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if is_possible(hypothesis, candidate, middle * amplitudes) else (low, middle)
@@ -162,4 +172,6 @@ def is_possible(hypothesis: Hypothesis, candidate: Candidate, amplitudes: Array)
             if not low <= value <= high:
                 return False
             values[name] = value
+    if type(hypothesis).possible is Hypothesis.possible:  # it says nothing beyond bounds: making a model costs most
+        return True
     return hypothesis.possible(candidate.model.with_values(values))
