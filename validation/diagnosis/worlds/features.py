@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import Information, Uncertain, whiten_columns
@@ -35,19 +36,32 @@ _FOOT_MEMORIES: Final = (0.3, 2.0)
 class _Family:
     """One feature that is evidence: of c candidates with w amplitudes each, or of a force of any form as one candidate.
 
-    columns : (N, c·w) in units of noise;  information : what the measurements know of the amplitudes
+    information : what the measurements know of the amplitudes
     sizes : by how many times amplitudes are usually larger
     limits : (c, w, 2) of the amplitudes, in usual sizes
     """
 
     name: str
-    columns: Array
     information: Information
     sizes: tuple[float, ...]
     limits: Array
 
-    def along(self, rest: Array, _: Array) -> Array:
-        """Return (c, w, D) how much ``rest`` (N, D) pulls amplitudes along the axes of what is known of them."""
+    def along(self, rest: Array, pushed: Array) -> Array:
+        """Return (c, w, D) how much runs pull amplitudes along the axes of what is known of them.
+
+        rest : (N, D) their measurements, as worlds have them
+        pushed : (9·cells, D) how much these pull newtons at the centre of mass, on the left and on the right foot
+        """
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class _LawFamily(_Family):
+    """The evidence of a law or fault; its ``columns`` (N, c·w) in units of noise."""
+
+    columns: Array
+
+    def along(self, rest: Array, pushed: Array) -> Array:
         return self.information.along((self.columns.T @ rest).reshape(*self.information.known.shape, -1))
 
 
@@ -55,21 +69,32 @@ class _Family:
 class _BentFamily(_Family):
     """The evidence of a law whose form is wrong by some share: each of its a amplitudes brings m modes of that error.
 
-    columns : (N, c·a) of the exact law;  limits : (c, a, 2) of its amplitudes
-    modes : (3·cells, c·a·m) N at the centre of mass
+    columns : (N, c·a) of the exact law;  modes : (3·cells, c·a·m) N at the centre of mass
     """
 
+    columns: Array
     modes: Array
 
     def along(self, rest: Array, pushed: Array) -> Array:
-        """Return (c, a·(1 + m), D) likewise, where ``pushed`` (3·cells, D) is how much newtons are pulled.
-
-        Each amplitude comes before its modes.
-        """
+        """Return the same, where each amplitude comes before its modes."""
         exact = (self.columns.T @ rest).reshape(self.columns.shape[1], 1, -1)
-        by_mode = (self.modes.T @ pushed).reshape(len(exact), -1, rest.shape[1])
+        by_mode = (self.modes.T @ pushed[: len(self.modes)]).reshape(len(exact), -1, rest.shape[1])
         pull = np.concatenate([exact, by_mode], axis=1)
         return self.information.along(pull.reshape(*self.information.known.shape, -1))
+
+
+@dataclass(frozen=True)
+class _FormFamily(_Family):
+    """The evidence of a force of any form.
+
+    rows : which newtons it has;  modes : (rows, w) N of them, a usual size each
+    """
+
+    rows: NDArray[np.int_]
+    modes: Array
+
+    def along(self, rest: Array, pushed: Array) -> Array:
+        return self.information.along((self.modes.T @ pushed[self.rows])[None])
 
 
 class Features:
@@ -77,12 +102,13 @@ class Features:
 
     def __init__(self, geometry: Geometry, known: Uncertain, thresholds: Thresholds) -> None:
         self._blocks = geometry.linear.measurements.blocks
-        self._by_body = whiten_columns(geometry.linear, geometry.levels, geometry.by_body)
-        laws = _laws(geometry, known, self._by_body, thresholds.sizes)
+        newtons = np.hstack([geometry.by_body, *geometry.by_foot])
+        self._by_force = whiten_columns(geometry.linear, geometry.levels, newtons)
+        laws = _laws(geometry, known, self._by_force[:, : geometry.by_body.shape[1]], thresholds.sizes)
         listed = [law for law in laws if geometry.kinds.get(law.name, "unexplained") != "unexplained"]
         self._listed = len(listed)
         rest = [law for law in laws if law not in listed]
-        self._families = [*listed, *rest, *_forms(geometry, known, thresholds)]
+        self._families = [*listed, *rest, *_forms(geometry, known, self._by_force, thresholds)]
 
     @property
     def names(self) -> list[str]:
@@ -135,7 +161,7 @@ class Features:
         return np.concatenate(parts, axis=1)
 
     def _pushed(self, rest: Array) -> Array:
-        return np.asarray(self._by_body.T @ rest)
+        return np.asarray(self._by_force.T @ rest)
 
     def _of(self, family: _Family, rest: Array, pushed: Array) -> Array:
         along = family.along(rest, pushed)
@@ -169,14 +195,14 @@ def _laws(geometry: Geometry, known: Uncertain, by_body: Array, sizes: tuple[flo
 
     by_body : (N, 3·cells) what a newton at the centre of mass does, in units of noise
     """
-    families = []
+    families: list[_Family] = []
     for name, candidates in geometry.candidates.items():
         columns = np.hstack([candidate.free.columns * candidate.free.scales for candidate in candidates])
         white = whiten_columns(geometry.linear, geometry.levels, columns)
         shape = len(white), len(candidates), -1
         left = known.remove_from(white)
         gram = np.einsum("nci,ncj->cij", white.reshape(shape), left.reshape(shape))
-        law = _Family(name, white, Information(gram), sizes, geometry.limits[name])
+        law = _LawFamily(name, Information(gram), sizes, geometry.limits[name], white)
         families.append(law)
         if geometry.kinds[name] == "physics":
             step = -(-len(candidates) // _MOST_BENT)
@@ -186,7 +212,7 @@ def _laws(geometry: Geometry, known: Uncertain, by_body: Array, sizes: tuple[flo
     return families
 
 
-def _bent(geometry: Geometry, known: Uncertain, by_body: Array, law: _Family, moved: Array) -> list[_Family]:
+def _bent(geometry: Geometry, known: Uncertain, by_body: Array, law: _LawFamily, moved: Array) -> list[_Family]:
     """Return the evidence of a law at some of its places, whose amplitudes do what is ``moved`` (N, c·a), with errors
     of its form.
     """
@@ -207,35 +233,40 @@ def _bent(geometry: Geometry, known: Uncertain, by_body: Array, law: _Family, mo
         families.append(
             _BentFamily(
                 f"{law.name} bent {share:g}",
-                law.columns,
                 information,
                 law.sizes,
                 limits.reshape(count, -1, 2),
+                law.columns,
                 share * changes.reshape(by_body.shape[1], -1),
             )
         )
     return families
 
 
-def _forms(geometry: Geometry, known: Uncertain, thresholds: Thresholds) -> list[_Family]:
-    """Return the evidence of a force of any form: on the body by direction and memory, on each foot by memory."""
-    sizes, middles = thresholds.force_sizes, geometry.middles
-    ways = {"any": np.ones(3), **dict(zip(DIRECTIONS, np.eye(3), strict=True))}
-    families = []
+def _forms(geometry: Geometry, known: Uncertain, by_force: Array, thresholds: Thresholds) -> list[_Family]:
+    """Return the evidence of a force of any form: on the body by direction and memory, on each foot by memory.
 
-    def add(name: str, columns: Array, ways: Array, memory: float) -> None:
-        kept = np.repeat(ways, len(middles)) > 0.0
-        lower = np.linalg.cholesky(latent_covariance(middles, 1.0, memory)[np.ix_(kept, kept)])
-        white = whiten_columns(geometry.linear, geometry.levels, columns[:, kept] @ lower)
+    by_force : (N, 9·cells) what newtons on the body and on each foot do, in units of noise
+    """
+    sizes, middles = thresholds.force_sizes, geometry.middles
+    newtons = geometry.by_body.shape[1]
+    ways = {"any": np.ones(3), **dict(zip(DIRECTIONS, np.eye(3), strict=True))}
+    families: list[_Family] = []
+
+    def add(name: str, first: int, ways: Array, memory: float) -> None:
+        kept = np.flatnonzero(np.repeat(ways, len(middles)))
+        covariance = latent_covariance(middles, 1.0, memory)[np.ix_(kept, kept)]
+        lower = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
+        white = by_force[:, first + kept] @ lower
         gram = white.T @ known.remove_from(white)
         unlimited = np.full((1, len(gram), 2), [-np.inf, np.inf])
-        families.append(_Family(name, white, Information(gram[None]), sizes, unlimited))
+        families.append(_FormFamily(name, Information(gram[None]), sizes, unlimited, first + kept, lower))
 
     for memory in thresholds.force_memories:
         for name, way in ways.items():
-            add(f"{name} {memory:g} s", geometry.by_body, way, memory)
+            add(f"{name} {memory:g} s", 0, way, memory)
     if len(geometry.linear.measurements.windows):
         for foot, side in enumerate(("left", "right")):
             for memory in _FOOT_MEMORIES:
-                add(f"{side} foot {memory:g} s", geometry.by_foot[foot], np.array([1.0, 1.0, 0.0]), memory)
+                add(f"{side} foot {memory:g} s", (1 + foot) * newtons, np.array([1.0, 1.0, 0.0]), memory)
     return families
