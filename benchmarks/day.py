@@ -29,6 +29,7 @@ from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.validation.benchmark.cases import Recorded, record
 from sssi_exudyn.validation.benchmark.concealed_terms import WorldEdgeAtSpeed, WorldMinimum, WorldPlace, WorldSlip
@@ -148,6 +149,7 @@ def summary(answers: Sequence[Answer]) -> str:
     return "\n".join(lines)
 
 
+@with_one_thread_for_products
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2])

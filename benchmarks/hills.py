@@ -24,6 +24,7 @@ from sssi_exudyn.fitting.estimate import estimate
 from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 from sssi_exudyn.validation.benchmark.balanced_skier import balance_skier
 from sssi_exudyn.validation.benchmark.cases import Recorded, record
 from sssi_exudyn.validation.benchmark.run import base_of
@@ -81,6 +82,7 @@ def summary(runs: list[dict[str, Any]]) -> dict[str, Any]:
     return result
 
 
+@with_one_thread_for_products
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", type=Path, required=True)

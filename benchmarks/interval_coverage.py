@@ -25,6 +25,7 @@ from sssi_exudyn.fitting.posterior import find_posterior
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 from sssi_exudyn.validation.drawn_run import draw_run
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -61,6 +62,7 @@ def judge(name: str, seconds: float, seed: int) -> dict[str, object]:
     }
 
 
+@with_one_thread_for_products
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", type=Path, required=True)

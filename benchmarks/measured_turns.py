@@ -36,6 +36,7 @@ from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.results.folder import SUMMARY
 from sssi_exudyn.results.stored import StoredRun, read_run
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 from sssi_exudyn.simulation.facing import facing
 from sssi_exudyn.simulation.turns.steady_turn import TurnCase, edges_of, start_rolling, steady_turn
 from sssi_exudyn.sweeps.parameters import reshape
@@ -68,6 +69,7 @@ POSTURES: Final = {
 """Degrees by which joints of both sides are bent."""
 
 
+@with_one_thread_for_products
 def main(arguments: Sequence[str] | None = None) -> None:
     """Write all figures as JSON, and print each next to what was measured."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)

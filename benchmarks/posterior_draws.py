@@ -31,6 +31,7 @@ from sssi_exudyn.fitting.linearised_run import moved_point, point_at
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 FRICTION = ("friction.mu_t", "friction.mu_n")
@@ -128,6 +129,7 @@ def judge(folder: Path, draws: int) -> dict[str, object]:
     return answer
 
 
+@with_one_thread_for_products
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("recordings", type=Path, nargs="*", default=[EXAMPLES / "beginner", EXAMPLES / "intermediate"])

@@ -17,6 +17,7 @@ from sssi_exudyn.io.writing import to_json, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.validation.benchmark.cases import Recorded
 from sssi_exudyn.validation.benchmark.second_pass import first_finding, two_passes
@@ -113,6 +114,7 @@ def summary(rows: Sequence[Row]) -> str:
     return "\n".join(lines)
 
 
+@with_one_thread_for_products
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, nargs="+", default=[11, 12])

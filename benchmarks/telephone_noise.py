@@ -26,6 +26,7 @@ from sssi_exudyn.fitting.evidence import Freedom, LinearModel, best_levels
 from sssi_exudyn.fitting.linear_fit import averaged_covariance, estimate_amounts
 from sssi_exudyn.fitting.noise import NOISE, UsualLevels, usual_levels
 from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.state import first_fit, linear_model
 
@@ -84,6 +85,7 @@ def judge(linear: LinearModel, at: list[int], kind: tuple[float, float], rng: np
     return (mean[at] - true[at]) / spread, spread * free.scales[at], np.array([shown.gps.sigma / seen.gps_sigma])
 
 
+@with_one_thread_for_products
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--draws", type=int, default=60)

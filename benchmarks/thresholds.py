@@ -5,8 +5,8 @@ goes on with what it lacks, and prints which numbers changed anything.
 
 First every case is diagnosed once, with numbers that keep what they were compared with.  Where a number was not read,
 or was compared alone and no comparison would have come out otherwise, the diagnosis would be the same: it is not
-repeated.  Then, for the first ``--again`` cases, the others are diagnosed again; estimates, refits, responses and noise
-levels whose inputs are the same are taken from memory.
+repeated.  Of the others each number is then tried on ``--again`` cases, those of the next number being others; refits,
+responses and noise levels whose inputs are the same are taken from memory.
 """
 
 from __future__ import annotations
@@ -201,10 +201,23 @@ def first_pass(made: Made, cache: Cache) -> Studied:
     return Studied(case.index, case.name, case.kind, case.strength, outcome, tuple(rows))
 
 
-def second_pass(made: Made, studied: Studied, cache: Cache, write: Callable[[Studied], None]) -> None:
-    """Diagnose a case again with each number that may change it, and ``write`` it after each."""
+def chosen_rows(cases: Sequence[Studied], count: int) -> list[set[int]]:
+    """Return the rows of each case that are diagnosed again: ``count`` cases a number, with both factors."""
+    chosen: list[set[int]] = [set() for _ in cases]
+    for place, name in enumerate(numbers()):
+        order = [(place + step) % len(cases) for step in range(len(cases))]
+        rows = {k: {i for i, row in enumerate(cases[k].rows) if row.threshold == name} for k in order}
+        tried = [k for k in order if any(cases[k].rows[i].again is not False for i in rows[k])]
+        for k in tried[:count]:
+            chosen[k] |= rows[k]
+    return chosen
+
+
+def second_pass(made: Made, studied: Studied, chosen: set[int], cache: Cache, write: Callable[[Studied], None]) -> None:
+    """Diagnose a case again with each of the ``chosen`` rows' numbers, and ``write`` it after each."""
     rows, before = list(studied.rows), studied.outcome
-    for index, row in enumerate(rows):
+    for index in sorted(chosen):
+        row = rows[index]
         if row.again is not None:
             continue
         changed_number = {row.threshold: scaled(numbers()[row.threshold], row.factor)}
@@ -240,7 +253,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path, help="where a file a case is kept")
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--cases", type=int, default=CASES, help="of a plan of 36, the first so many")
-    parser.add_argument("--again", type=int, default=0, help="cases that are diagnosed again with changed numbers")
+    parser.add_argument("--again", type=int, default=0, help="cases on which each number is tried")
     options = parser.parse_args()
     levels = remembered(best_levels)
     for module in (compare_hypotheses, reestimate_rivals, state):
@@ -262,9 +275,11 @@ def main() -> None:
     for index, concealed in enumerate(planned):
         if not file_of(index).exists():
             write(first_pass(make(index, concealed, bases, options.seed), Cache(options.folder / f"cache_{index:02}")))
-    for index, concealed in enumerate(planned[: options.again]):
-        made = make(index, concealed, bases, options.seed)
-        second_pass(made, read_json(file_of(index), Studied), Cache(options.folder / f"cache_{index:02}"), write)
+    studied = [read_json(file_of(index), Studied) for index in range(len(planned))]
+    for index, chosen in enumerate(chosen_rows(studied, options.again)):
+        if any(studied[index].rows[row].again is None for row in chosen):
+            made = make(index, planned[index], bases, options.seed)
+            second_pass(made, studied[index], chosen, Cache(options.folder / f"cache_{index:02}"), write)
     print(summary([read_json(file_of(index), Studied) for index in range(len(planned))]))
 
 

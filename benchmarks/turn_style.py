@@ -31,6 +31,7 @@ from sssi_exudyn.fitting.first_fit import COARSE_STEP
 from sssi_exudyn.importing.answers import AnswerOptions
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 from sssi_exudyn.simulation.reduced.prepared import prepare
 
 NAMES = {"carving": 0, "skidded": 1, "snowplow": 2}
@@ -150,6 +151,7 @@ def balances(folders: Sequence[Path], labels: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+@with_one_thread_for_products
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folders", nargs="+", type=Path)

@@ -29,6 +29,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import CLOCK_OFFSET
 from sssi_exudyn.fitting.evidence import Uncertain, whiten_columns
 from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.runtime.threads import with_one_thread_for_products
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.validation.benchmark.effects import EFFECTS, PHYSICS, SENSOR, SIZES, UNKNOWN, plain_run
 from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
@@ -248,6 +249,7 @@ def figures(runs: Sequence[Drawn], weigher: str) -> dict[str, float]:
     }
 
 
+@with_one_thread_for_products
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("stretches", nargs="+")

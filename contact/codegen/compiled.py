@@ -214,7 +214,7 @@ def _imported(templates: Sequence[ModuleType]) -> list[ModuleType]:
 
 _PACKAGE: Final = __name__.partition(".")[0] + "."
 _kernels: dict[tuple[ModuleType, ...], ModuleType] = {}
-"""What was asked for in this process; to write the laws down takes 10 ms."""
+"""What was asked for in this process; to write the laws down takes some 0.1 s."""
 
 
 _FUTURE: Final = "from __future__ import annotations\n"
