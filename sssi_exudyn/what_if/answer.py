@@ -183,12 +183,12 @@ def no_interval(solution: Solution, names: tuple[str, ...], spread: float) -> st
 
     names : of the numbers that the fit gave a standard error
     """
-    if not names:
-        return "the recorded run has no fitted numbers whose errors are known"
     if reasons_of(solution):
         return "derivatives at a run beyond a skier's limits say nothing of what a skier would do"
+    if not names:
+        return "the recorded run has no fitted numbers whose errors are known"
     if spread > _LINEAR * float(solution.question.samples[-1] - solution.question.samples[0]):
-        return "the fit knows its numbers too badly for derivatives: they are good for small changes"
+        return "the errors of the fitted numbers are too large for derivatives, which hold for small changes"
     return None
 
 
