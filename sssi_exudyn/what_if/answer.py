@@ -231,6 +231,8 @@ def seconds_per_number(solution: Solution, names: tuple[str, ...], changed: froz
     The skier reacts: corrections and pace follow the numbers as the least squares say.  A number that was changed is
     that of the recorded run alone.
     """
+    if not names:
+        return {}
     question, played = solution.question, solution.played
     lost = seconds_lost(question, played)
     last = last_passed(lost)

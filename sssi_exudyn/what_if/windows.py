@@ -55,8 +55,8 @@ def solve_in_windows(question: Question, progress: Advance = silent, *, nearby: 
         stretch = Stretch(moment, last, unknowns, _open(question, first, last))
         window = question.during(stretch, first)
         given = unknowns[stretch.free]
-        share = (last - start) / (stop - start)
-        solution = descend(window, given, window.play(given), _in_stretch(progress, last, share))
+        report = _in_stretch(progress, (decided - start) / (stop - start), last)
+        solution = descend(window, given, window.play(given), report)
         unknowns, rounds = window.of_run(solution.unknowns), rounds + solution.rounds
         converged = converged and solution.converged
         first = float(begins[np.argmin(np.abs(begins - first - ADVANCE))])
@@ -64,8 +64,8 @@ def solve_in_windows(question: Question, progress: Advance = silent, *, nearby: 
     return Solution(question, unknowns, played, question.cost(unknowns, played), rounds, converged)
 
 
-def _in_stretch(progress: Advance, last: float, share: float) -> Advance:
-    """Return what reports the rounds of a stretch up to ``last`` (s), with which that share of the run is decided."""
+def _in_stretch(progress: Advance, share: float, last: float) -> Advance:
+    """Return what reports the rounds of a stretch up to ``last`` (s), before which that share of the run is decided."""
     return lambda _share, detail: progress(share, f"until {last:.1f} s, {detail}")
 
 

@@ -15,7 +15,7 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.sweeps.asked_model import change_model
 from sssi_exudyn.what_if import windows
-from sssi_exudyn.what_if.answer import off_path, reasons_of, seconds_lost
+from sssi_exudyn.what_if.answer import off_path, reasons_of, seconds_lost, seconds_per_number
 from sssi_exudyn.what_if.fastest import solutions
 from sssi_exudyn.what_if.intent import EDGE, MOMENT, PLACE, SPEED
 from sssi_exudyn.what_if.question import Question, Stretch
@@ -73,7 +73,7 @@ def test_a_run_goes_on_where_it_was_left() -> None:
     rows = np.isin(whole.samples, part.samples)
     assert part.samples[-1] == whole.samples[-1]
     assert 5 < len(part.samples) < len(whole.samples)
-    apart = (part.play(unknowns[free]).figures - whole.play(unknowns).figures[rows])
+    apart = part.play(unknowns[free]).figures - whole.play(unknowns).figures[rows]
     # the first moments are averaged over less than those of the whole run
     apart[:2, MOMENT] = 0.0
     # accelerations at the first instant are found without a step that leads there
@@ -128,3 +128,8 @@ def test_stretches_give_nearly_what_all_at_once_gives() -> None:
     assert lost[0] == pytest.approx(lost[1], rel=0.1)
     assert np.max(np.abs(off_path(asked, solution.played))) < 0.25
     assert solution.cost < 3.0 * at_once.cost
+    names, changed = ("carving.mu", "start.velocity_f"), frozenset({"wind.w_f"})
+    slopes = [seconds_per_number(of, names, changed) for of in (solution, at_once)]
+    # solved again with μ 0.01 more and less, stretches give 0.0795 s a unit; derivatives are 5 % above
+    assert slopes[0]["carving.mu"] == pytest.approx(0.0795, rel=0.1)
+    assert slopes[0]["carving.mu"] == pytest.approx(slopes[1]["carving.mu"], rel=0.1)
