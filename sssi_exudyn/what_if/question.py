@@ -60,6 +60,10 @@ PACE_SCALE: Final = 0.3
 """Of g, the logarithm of the slowness: a skier a third slower.  What he meets says far more of it."""
 _DIFFERENCE: Final = 1e-3
 """Scales of a correction by which the body's own moment is differentiated."""
+_AT_ONCE: Final = 800_000
+"""Changes of the tables times instants that are differentiated by at once: each takes some 1 kB."""
+_LEAST_AT_ONCE: Final = 24
+"""The least of them, as each pass takes a run."""
 _AS_THEY_STAND: Final = Gates()
 _APART: Final = 5
 """Splines from one to the next that shares none of its samples: a cubic one extends over four spacings."""
@@ -427,4 +431,9 @@ def figures_tangents(played: Played, names: Sequence[str], changes: Sequence[Tab
 
     if not names and not changes:
         return np.zeros((len(played.times), FIGURES, 0))
-    return sensitivities(played.model, played.prepared, names, observed, changes, played.begin)[1]
+    most = max(_LEAST_AT_ONCE, _AT_ONCE // len(played.prepared.time))
+    parts = [(names, changes[:most]), *(((), changes[k : k + most]) for k in range(most, len(changes), most))]
+    derivatives = [
+        sensitivities(played.model, played.prepared, some, observed, others, played.begin)[1] for some, others in parts
+    ]
+    return np.concatenate(derivatives, axis=-1)

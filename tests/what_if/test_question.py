@@ -144,6 +144,18 @@ def test_figures_are_linearised() -> None:
         )
 
 
+def test_derivatives_are_the_same_in_several_passes(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = recorded().until(1.0)
+    question = Question(run, run.model, "path")
+    unknowns = np.full(question.size, 0.05)
+    played = question.play(unknowns)
+    at_once = question.linearise(unknowns, played)
+    assert question.size > 24
+    monkeypatch.setattr("sssi_exudyn.what_if.question._AT_ONCE", 1)
+    # sums over other columns are added up in another order
+    np.testing.assert_allclose(question.linearise(unknowns, played), at_once, rtol=1e-9, atol=1e-9)
+
+
 def test_what_was_skied_is_within_the_limits() -> None:
     figures = run_figures(Question(recorded(), recorded().model, "movement").as_recorded)
     assert beyond(figures, figures, "male") == []
