@@ -105,8 +105,8 @@ def test_a_larger_sidecut_radius_turns_wider_on_snow_that_edges_cut() -> None:
 
 @pytest.mark.long(seconds=16)
 def test_a_ski_that_turns_less_than_the_path_asks_for_is_skidded_more() -> None:
-    """Kröll et al. 2016 (Br. J. Sports Med. 50:26): from 30 to 35 m kinetic energy falls.  Why, shows at once: the skier
-    steers the ski across its way.  It takes 4 s until he is slower by more than a part of a thousand.
+    """Kröll et al. 2016 (Br. J. Sports Med. 50:26): from 30 to 35 m kinetic energy falls.  Why, shows at once: the
+    skier steers the ski across its way.  It takes 4 s until he is slower by more than a part of a thousand.
     """
     run = on_snow_that_edges_cut()
     thirty = change_model(run.model, {"ski.sidecut_scale": 0.65}, "giant_slalom_183")
