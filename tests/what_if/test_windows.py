@@ -106,6 +106,7 @@ def test_short_runs_and_those_whose_heading_is_captured_are_answered_at_once() -
 
 
 @pytest.mark.usefixtures("short_sighted")
+@pytest.mark.long(seconds=7)
 def test_long_runs_are_answered_in_stretches() -> None:
     asked = question()
     assert needs_windows(asked)
