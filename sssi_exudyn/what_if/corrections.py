@@ -140,6 +140,8 @@ HEADING: Final = Correction(
 class Supports:
     """Cubic B-splines over the recorded clock from ``start`` to ``stop`` (s), which follow whatever changes over
     ``SPACING`` and are zero before ``begin`` (s).  Where that leaves none, the last one stays.
+
+    count : number of splines;  begins : (count,) s, from when on they are other than zero
     """
 
     def __init__(self, start: float, stop: float, begin: float) -> None:
@@ -148,6 +150,7 @@ class Supports:
         first = 0 if begin <= start else min(int(np.searchsorted(self.knots, begin)), every - 1)
         self._coefficients = np.eye(every)[:, first:]
         self.count = every - first
+        self.begins = self.knots[first:every]
         self._of_start = 3 if first == 0 else 0
 
     def at(self, recorded: Array) -> Array:

@@ -18,6 +18,7 @@ from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.what_if.answer import reasons_of
 from sssi_exudyn.what_if.question import Question
 from sssi_exudyn.what_if.solve import Solution, solve
+from sssi_exudyn.what_if.windows import needs_windows, solve_in_windows
 
 _LEAST: Final = 40.0
 """Worth of a second at which the search begins, in halves of a squared standard deviation: time hardly counts."""
@@ -37,8 +38,9 @@ def solutions(question: Question, progress: Advance = silent) -> tuple[Solution,
     """
     if question.keep == "line":
         return fastest(question, progress), None
-    solution = solve(question, progress)
-    return solution, solve(question.stricter(), progress, nearby=solution) if question.keep == "path" else None
+    solve_all = solve_in_windows if needs_windows(question) else solve
+    solution = solve_all(question, progress)
+    return solution, solve_all(question.stricter(), progress, nearby=solution) if question.keep == "path" else None
 
 
 def fastest(question: Question, progress: Advance = silent) -> Solution:

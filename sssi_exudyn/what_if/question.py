@@ -27,6 +27,7 @@ from sssi_exudyn.fitting.posture_errors import PostureMap
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion, spline_motion
 from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.reduced.carved_run import CarvedMoment, carved_run, reduced_run_of
 from sssi_exudyn.simulation.reduced.derivatives import TableChange
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
@@ -59,6 +60,10 @@ PACE_SCALE: Final = 0.3
 """Of g, the logarithm of the slowness: a skier a third slower.  What he meets says far more of it."""
 _DIFFERENCE: Final = 1e-3
 """Scales of a correction by which the body's own moment is differentiated."""
+_AT_ONCE: Final = 800_000
+"""Changes of the tables times instants that are differentiated by at once: each takes some 1 kB."""
+_LEAST_AT_ONCE: Final = 24
+"""The least of them, as each pass takes a run."""
 _AS_THEY_STAND: Final = Gates()
 _APART: Final = 5
 """Splines from one to the next that shares none of its samples: a cubic one extends over four spacings."""
@@ -70,6 +75,7 @@ class Played:
 
     times : (n,) s, own times of the samples
     figures : (n, ``FIGURES``) at them
+    begin : of the run, where it goes on from another
     """
 
     model: Model
@@ -80,15 +86,47 @@ class Played:
     balance: Balance
     times: Array
     figures: Array
+    begin: CarvedMoment | None
 
 
-def play(model: Model, motion: Motion, pace: Pace, samples: Array) -> Played:
-    """Simulate a model along a motion whose pace is known.  Raises SimulationDiverged when its simulation does."""
+@dataclass(frozen=True)
+class Stretch:
+    """A part of a run in which a skier decides how he moves; what was before is as it was.
+
+    begin : of the run where it begins;  stop : s of the recorded clock
+    given : (k,) unknowns of the whole run, of which those of ``free`` are to be found
+    """
+
+    begin: CarvedMoment | None
+    stop: float
+    given: Array
+    free: NDArray[np.intp]
+
+
+def play(
+    model: Model,
+    motion: Motion,
+    pace: Pace,
+    samples: Array,
+    begin: CarvedMoment | None = None,
+    stop: float | None = None,
+) -> Played:
+    """Simulate a model along a motion whose pace is known.
+
+    begin : of a run that goes on, on snow that edges cut;  stop : s, own time of its end, that of the motion if None
+
+    Raises SimulationDiverged when its simulation does.
+    """
     times = pace.own(samples)
-    prepared = prepare(model, motion, step=STEP, stop=motion.stop + _BEYOND)
-    run = simulate_reduced(model, prepared)
+    stop = (motion.stop if stop is None else stop) + _BEYOND
+    prepared = prepare(model, motion, step=STEP, start=None if begin is None else begin.time, stop=stop)
+    if begin is None:
+        run = simulate_reduced(model, prepared)
+    else:
+        run = reduced_run_of(carved_run(model, prepared, begin=begin))
     balance = balance_of(model, motion, prepared, run)
-    return Played(model, motion, pace, prepared, run, balance, times, figures_of(run, prepared, balance, times))
+    figures = figures_of(run, prepared, balance, times)
+    return Played(model, motion, pace, prepared, run, balance, times, figures, begin)
 
 
 def figures_of(run: ReducedRun, prepared: Prepared, balance: Balance, times: Array) -> Array:
@@ -145,10 +183,32 @@ class Question:
             self.intent.corrections, PostureMap(Parts(recorded.model, motion), self.as_recorded.prepared.time)
         )
         self.supports = Supports(motion.start, motion.stop, motion.start)
+        self.stretch = self._whole()
         self.unchanged = self.play(np.zeros(self.size))
         self.weights = self._weights(PATH_SIGMA)
         begin = motion.start if keep == "line" else self._met() - LOOK_AHEAD
         self.supports = Supports(motion.start, motion.stop, begin)
+        self.stretch = self._whole()
+
+    def _whole(self) -> Stretch:
+        """Return all of the run."""
+        size = self.supports.count * self._kinds
+        return Stretch(None, self.recorded.motion.stop, np.zeros(size), np.arange(size))
+
+    def during(self, stretch: Stretch, first: float) -> Question:
+        """Return the same question about a stretch alone, which begins at ``first`` (s).
+
+        Moments that are averaged over what comes before or after it do not count.
+        """
+        other = copy(self)
+        rows = np.flatnonzero((self.samples >= first) & (self.samples <= stretch.stop))
+        other.stretch, other.samples = stretch, self.samples[rows]
+        other.weights, other.intended, other.way = self.weights[rows], self.intended[rows], self.way[rows]
+        if stretch.begin is not None:
+            other.weights[other.samples < other.samples[0] + 0.5 * BALANCE_TIME, -3:] = 0.0
+        if stretch.stop < self.stretch.stop:
+            other.weights[other.samples > stretch.stop - 0.5 * BALANCE_TIME, -3:] = 0.0
+        return other
 
     def hurried(self, worth: float) -> Question:
         """Return the same question for a skier to whom each second is worth so much of ½ |r|²."""
@@ -186,7 +246,18 @@ class Question:
     @property
     def size(self) -> int:
         """Number of unknowns."""
-        return self.supports.count * (len(self.intent.corrections) + self.intent.paced)
+        return len(self.stretch.free)
+
+    @property
+    def _kinds(self) -> int:
+        """Number of corrections, the pace among them."""
+        return len(self.intent.corrections) + self.intent.paced
+
+    def of_run(self, unknowns: Array) -> Array:
+        """Return the unknowns of the whole run."""
+        every = self.stretch.given.copy()
+        every[self.stretch.free] = unknowns
+        return every
 
     @cached_property
     def way(self) -> Array:
@@ -203,8 +274,8 @@ class Question:
 
     def amounts(self, unknowns: Array, recorded: Array) -> Array:
         """Return the corrections (n, c), in rad and m, at instants (n,) of the recorded clock (s)."""
-        several = self.intent.corrections
-        amplitudes = unknowns[: self.supports.count * len(several)].reshape(len(several), self.supports.count)
+        several, count = self.intent.corrections, self.supports.count
+        amplitudes = self.of_run(unknowns)[: count * len(several)].reshape(len(several), count)
         factors = np.array([self.supports.of(correction) for correction in several]).reshape(amplitudes.shape)
         return np.asarray(self.supports.at(recorded) @ (factors * amplitudes).T)
 
@@ -216,14 +287,15 @@ class Question:
     def pace(self, unknowns: Array) -> Pace:
         """Return the pace."""
         slower = np.zeros(len(self.nodes)) if self.path is None else self.path.slower
-        if self.intent.paced and np.any(unknowns):
-            slower = slower + self._pace_splines @ unknowns[-self.supports.count :]
+        every = self.of_run(unknowns)
+        if self.intent.paced and np.any(every):
+            slower = slower + self._pace_splines @ every[-self.supports.count :]
         return Pace(self.nodes, np.exp(slower))
 
     def movement(self, unknowns: Array) -> tuple[Motion, Pace]:
         """Return the corrected movement at its pace."""
         motion, pace = self.recorded.motion, self.pace(unknowns)
-        if not np.any(unknowns) and self.path is None:
+        if not np.any(self.of_run(unknowns)) and self.path is None:
             return motion, pace
         own = pace.own(self.nodes)
         return spline_motion(motion.geometry, motion.inclination, own, self._angles + self.added(unknowns)), pace
@@ -231,7 +303,9 @@ class Question:
     def play(self, unknowns: Array) -> Played:
         """Simulate the asked model at these unknowns.  Raises SimulationDiverged when its simulation does."""
         motion, pace = self.movement(unknowns)
-        return play(replace(self.asked, terms=pace.retimed(self.asked.terms)), motion, pace, self.samples)
+        asked, stretch = replace(self.asked, terms=pace.retimed(self.asked.terms)), self.stretch
+        stop = None if stretch.stop >= self.nodes[-1] else float(pace.own(np.array([stretch.stop]))[0])
+        return play(asked, motion, pace, self.samples, stretch.begin, stop)
 
     def residual(self, unknowns: Array, played: Played) -> Array:
         """Return r."""
@@ -264,22 +338,36 @@ class Question:
         samples, kept, count = rows.shape
         return np.asarray(rows.reshape(samples * kept, count))
 
+    def slope(self, unknowns: Array, played: Played, by_unknown: Array) -> Array:
+        """Return the derivatives (size,) of the cost from those of the figures."""
+        slope = self.jacobian(by_unknown).T @ self.residual(unknowns, played)
+        return np.asarray(slope + self.worth * self.later_at_end_by(by_unknown, played))
+
     def linearise(self, unknowns: Array, played: Played) -> Array:
         """Return the derivatives (n, ``FIGURES``, size) of the figures at the samples by the unknowns."""
         derivatives = figures_tangents(played, (), self._changes(played))
         derivatives[:, MOMENT] += self._own_moments(unknowns, played)
         if self.intent.paced:
-            derivatives[..., -self.supports.count :] += (
-                self._rates(played)[..., None] * played.pace.later(self._pace_splines)(self.samples)[:, None]
-            )
+            derivatives += self._rates(played)[..., None] * self.later(played)[:, None]
         return derivatives
 
     def later(self, played: Played) -> Array:
         """Return the derivatives (n, size) of the samples' own times by the unknowns, s."""
         later = np.zeros((len(self.samples), self.size))
         if self.intent.paced:
-            later[:, -self.supports.count :] = played.pace.later(self._pace_splines)(self.samples)
+            paced = self._kind == len(self.intent.corrections)
+            later[:, paced] = played.pace.later(self._pace_splines)(self.samples)[:, self._spline[paced]]
         return later
+
+    @property
+    def _kind(self) -> NDArray[np.intp]:
+        """(size,) of which correction each unknown is, in the order of the intent; the pace is the last."""
+        return self.stretch.free // self.supports.count
+
+    @property
+    def _spline(self) -> NDArray[np.intp]:
+        """(size,) which spline each unknown is of."""
+        return self.stretch.free % self.supports.count
 
     @cached_property
     def _pace_splines(self) -> Array:
@@ -290,16 +378,16 @@ class Question:
         moving = PostureMap(Parts(played.model, played.motion), played.prepared.time)
         on_grid, on_tables = (played.pace.back(time) for time in (moving.grid, played.prepared.time))
         shapes = self.supports.at(on_tables)
-        changes: list[TableChange] = []
-        for correction, angles in zip(self.intent.corrections, self._directions.at(on_grid), strict=True):
-            responses = moving.responses(angles)
-            factors = self.supports.of(correction)
-            changes += [responses.change(factor * shape) for factor, shape in zip(factors, shapes.T, strict=True)]
+        directions = list(self._directions.at(on_grid))
+        profiles = [shapes * self.supports.of(correction) for correction in self.intent.corrections]
         if self.intent.paced:
-            responses = moving.responses(played.motion.evaluate(moving.grid)[1])
-            later = played.pace.later(self._pace_splines)(on_tables)
-            changes += [responses.change(-shape) for shape in later.T]
-        return changes
+            directions.append(played.motion.evaluate(moving.grid)[1])
+            profiles.append(-played.pace.later(self._pace_splines)(on_tables))
+        responses = [moving.responses(angles) for angles in directions]
+        return [
+            responses[kind].change(profiles[kind][:, spline])
+            for kind, spline in zip(self._kind, self._spline, strict=True)
+        ]
 
     def _own_moments(self, unknowns: Array, played: Played) -> Array:
         """Return the derivatives (n, 3, size) of the moment that the body has of itself, at the samples.
@@ -310,17 +398,20 @@ class Question:
         columns = np.zeros((*own.shape, self.size))
         acting = np.abs(self.supports.at(self.samples)) > 0.0
         for group in self._apart():
-            motion, pace = self.movement(unknowns + _DIFFERENCE * np.isin(np.arange(self.size), group))
+            step = np.zeros(self.size)
+            step[group] = _DIFFERENCE
+            motion, pace = self.movement(unknowns + step)
             change = (own_moment(Parts(played.model, motion), pace.own(self.samples)) - own) / _DIFFERENCE
-            columns[..., group] = change[..., None] * acting[:, None, group % self.supports.count]
+            columns[..., group] = change[..., None] * acting[:, None, self._spline[group]]
         return _averaged(played.times, columns.reshape(len(own), -1), played.times).reshape(columns.shape)
 
     def _apart(self) -> Iterator[NDArray[np.intp]]:
         """Yield the unknowns in groups of one kind whose splines do not overlap."""
-        count = self.supports.count
-        for kind in range(self.size // count):
-            for first in range(min(_APART, count)):
-                yield kind * count + np.arange(first, count, _APART)
+        for kind in range(self._kinds):
+            for first in range(_APART):
+                group = np.flatnonzero((self._kind == kind) & (self._spline % _APART == first))
+                if len(group):
+                    yield group
 
     def _rates(self, played: Played) -> Array:
         """Return the rates (n, ``FIGURES``) at which the figures change in time, the body's own moment apart."""
@@ -340,4 +431,9 @@ def figures_tangents(played: Played, names: Sequence[str], changes: Sequence[Tab
 
     if not names and not changes:
         return np.zeros((len(played.times), FIGURES, 0))
-    return sensitivities(played.model, played.prepared, names, observed, changes)[1]
+    most = max(_LEAST_AT_ONCE, _AT_ONCE // len(played.prepared.time))
+    parts = [(names, changes[:most]), *(((), changes[k : k + most]) for k in range(most, len(changes), most))]
+    derivatives = [
+        sensitivities(played.model, played.prepared, some, observed, others, played.begin)[1] for some, others in parts
+    ]
+    return np.concatenate(derivatives, axis=-1)

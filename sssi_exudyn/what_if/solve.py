@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -31,18 +32,21 @@ _KEPT: Final = 0.25
 class Solution:
     """A solved what-if.
 
-    unknowns : (size,);  played : the asked model with the corrected movement
-    by_unknown : (n, figures, size) derivatives at the end;  cost : ½|r|² + w T
+    unknowns : (size,);  played : the asked model with the corrected movement;  cost : ½|r|² + w T
     rounds, converged : how the search ended
     """
 
     question: Question
     unknowns: Array
     played: Played
-    by_unknown: Array
     cost: float
     rounds: int
     converged: bool
+
+    @cached_property
+    def by_unknown(self) -> Array:
+        """(n, figures, size) derivatives at the end."""
+        return self.question.linearise(self.unknowns, self.played)
 
     @property
     def jacobian(self) -> Array:
@@ -59,25 +63,28 @@ def solve(
     most : rounds after which the search is given up
     """
     unknowns = np.zeros(question.size) if nearby is None else nearby.unknowns
-    played = question.unchanged if nearby is None else nearby.played
+    return descend(question, unknowns, question.unchanged if nearby is None else nearby.played, progress, most)
+
+
+def descend(
+    question: Question, unknowns: Array, played: Played, progress: Advance = silent, most: int = ROUNDS
+) -> Solution:
+    """Return the smallest corrections; the search starts at ``unknowns`` (size,), which were played."""
     cost, converged, rounds = question.cost(unknowns, played), question.size == 0, 0
     least = _GAINED_BY_EDGES if is_carved(question.asked.terms) else _GAINED
-    by_unknown = question.linearise(unknowns, played)
     while not converged and rounds < most:
         rounds += 1
-        jacobian = question.jacobian(by_unknown)
-        slope = jacobian.T @ question.residual(unknowns, played)
-        slope = slope + question.worth * question.later_at_end_by(by_unknown, played)
-        step, tried, value = _step(question, unknowns, (cost, slope), jacobian, least)
+        by_unknown = question.linearise(unknowns, played)
+        slope = question.slope(unknowns, played, by_unknown)
+        step, tried, value = _step(question, unknowns, (cost, slope), question.jacobian(by_unknown), least)
         if tried is None:
             converged = not np.any(step)
             break
         gained, moved = cost - value, float(np.max(np.abs(step)))
         unknowns, played, cost = unknowns + step, tried, value
-        by_unknown = question.linearise(unknowns, played)
         converged = moved < _SETTLED or gained < least * max(abs(cost), _LITTLE)
         progress(None, f"round {rounds}: moved by {moved:.2f} scales, misfit {cost:.1f}")
-    return Solution(question, unknowns, played, by_unknown, cost, rounds, converged)
+    return Solution(question, unknowns, played, cost, rounds, converged)
 
 
 def _step(

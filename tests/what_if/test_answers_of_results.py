@@ -40,6 +40,9 @@ def test_an_answer_and_a_row_of_a_sweep_are_the_same(result: Path, tmp_path: Pat
     row = pd.read_parquet(tmp_path / "swept" / "runs.parquet").iloc[0]
     assert row["seconds_lost_s"] == answer.seconds_lost
     assert row["skiable"] == answer.skiable
+    # a simulation has no fitted numbers: an interval without width would claim that all is known
+    assert answer.seconds_low is None
+    assert "no fitted numbers" in str(answer.no_interval)
     assert {row[f"max_{part.name}_{part.unit}"] for part in answer.corrections} == {
         part.largest for part in answer.corrections
     }
@@ -57,7 +60,10 @@ def test_an_answer_that_is_refused_has_no_interval(result: Path) -> None:
     answer = sssi_exudyn.whatif(result, changes=["wind.w_f=-20"], keep="movement", reduced=True)
     assert not answer.skiable
     assert (answer.seconds_low, answer.seconds_high) == (None, None)
-    assert not any("interval" in line for line in lines_of(answer))
+    lines = lines_of(answer)
+    assert "(without an interval)" in lines[0]
+    assert f"no interval: {answer.no_interval}" in lines
+    assert "beyond a skier's limits" in str(answer.no_interval)
 
 
 def test_the_movement_alone_need_not_come_to_the_end(result: Path) -> None:

@@ -14,7 +14,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.sweeps.asked_model import change_model
-from sssi_exudyn.what_if.answer import departures, off_path, reasons_of, seconds_lost, seconds_per_number
+from sssi_exudyn.what_if.answer import departures, no_interval, off_path, reasons_of, seconds_lost, seconds_per_number
 from sssi_exudyn.what_if.corrections import FORE_AFT, LEAN, PLOUGH, Correction
 from sssi_exudyn.what_if.intent import LOOK_AHEAD, PLACE, SPEED, intent_of
 from sssi_exudyn.what_if.limits import BALANCE, Imbalance, beyond, imbalance, moment_rms, out_of_balance, run_figures
@@ -62,6 +62,14 @@ def test_more_friction_costs_time_on_the_recorded_path() -> None:
     assert seconds_lost(kept.question, kept.played)[-1] > 0.01
     assert all(part.limit is not None and part.largest < part.limit for part in departures(kept)[0])
     assert reasons_of(kept) == ()
+
+
+@pytest.mark.long(seconds=4)
+def test_an_interval_is_that_of_a_small_change() -> None:
+    kept = asked(0.02, "path")
+    assert no_interval(kept, (MU_T,), 0.05) is None
+    assert "too large for derivatives" in str(no_interval(kept, (MU_T,), 0.5))  # of 3 s
+    assert "no fitted numbers" in str(no_interval(kept, (), 0.0))
 
 
 @pytest.mark.long(seconds=5)
@@ -134,6 +142,18 @@ def test_figures_are_linearised() -> None:
         np.testing.assert_allclose(
             derivatives[:, :2, index], difference, atol=0.03 * float(np.max(np.abs(difference))) + 1e-4
         )
+
+
+def test_derivatives_are_the_same_in_several_passes(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = recorded().until(1.0)
+    question = Question(run, run.model, "path")
+    unknowns = np.full(question.size, 0.05)
+    played = question.play(unknowns)
+    at_once = question.linearise(unknowns, played)
+    assert question.size > 24
+    monkeypatch.setattr("sssi_exudyn.what_if.question._AT_ONCE", 1)
+    # sums over other columns are added up in another order
+    np.testing.assert_allclose(question.linearise(unknowns, played), at_once, rtol=1e-9, atol=1e-9)
 
 
 def test_what_was_skied_is_within_the_limits() -> None:

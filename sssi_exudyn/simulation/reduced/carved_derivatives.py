@@ -11,7 +11,8 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.heading import Turn, turned
 from sssi_exudyn.simulation.reduced.carved_rest import rest_tangents
-from sssi_exudyn.simulation.reduced.carved_run import SHARE, Carved, carved_run, reduced_run_of
+from sssi_exudyn.simulation.reduced.carved_run import SHARE, Carved, CarvedMoment, carved_run, reduced_run_of
+from sssi_exudyn.simulation.reduced.carved_steps_kernel import CarvedWork
 from sssi_exudyn.simulation.reduced.carved_tangents_kernel import CarvedRoom, CarvedTangents, SoughtTangents
 from sssi_exudyn.simulation.reduced.derivative_inputs import (
     STEP,
@@ -29,17 +30,21 @@ from sssi_exudyn.simulation.reduced.edge_setup import carving_module
 from sssi_exudyn.simulation.reduced.heading_tangents import HeadingSlopes
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, load_at_start
 from sssi_exudyn.simulation.ski_on_snow.edge import EdgeLines
+from sssi_exudyn.simulation.ski_on_snow.structs import TangentInputs
 
 
 class CarvedLinearisation:
     """One run, and its derivatives in as many directions as are asked for.
 
+    begin : of a run that goes on; directions change nothing of it then
+
     Raises SimulationDiverged as ``simulate_carved`` does.
     """
 
-    def __init__(self, model: Model, prepared: Prepared) -> None:
+    def __init__(self, model: Model, prepared: Prepared, begin: CarvedMoment | None = None) -> None:
         self.model = model
-        self.done = carved_run(model, prepared)
+        self.goes_on = begin is not None
+        self.done = carved_run(model, prepared, begin=begin)
         self.run = reduced_run_of(self.done)
         self._turning = _turning(self.done)
 
@@ -57,6 +62,25 @@ class CarvedLinearisation:
         room = CarvedRoom.room(lines, many)
         work, system = done.work(), done.system
         z, zv = np.zeros((2, 7 + 2 * modes, many))
+        if not self.goes_on:
+            self._begin_tangents(ordered, inputs, (work, lines, room), z, zv)
+        series = _empty_tangents(done, many)
+        slopes = _heading_slopes(done, self._turning, captured)
+        kernel.carved_tangents(
+            system, done.heading, inputs, slopes, SoughtTangents.begin(z, zv), done.begin.copy_memory(), work, lines,
+            room, (done.series, series),
+        )  # fmt: skip
+        back = np.argsort(np.array(order, dtype=np.intp))
+        through = series.angle if own else None
+        slopes_by_field = run_slopes(done.at, ordered, series, series.forward, self._turning, through)
+        return self.run, {name: array[..., own + back] for name, array in slopes_by_field.items()}
+
+    def _begin_tangents(
+        self, ordered: Sequence[Direction], inputs: TangentInputs, rooms: tuple[CarvedWork, EdgeLines, CarvedRoom],
+        z: Array, zv: Array,
+    ) -> None:  # fmt: skip
+        """Fill the tangents (7 + 2k, d) of pelvis and skis, and of their rates, where a run starts from rest."""
+        done, kernel, system = self.done, carving_module(), self.done.system
         z[:3], zv[:3] = place_at_start(done.at, ordered)
         load = np.array([slope_of(load_at_start(d.tables_at_start(done.at), SHARE)) for d in ordered])
         feet = inputs.feet.copy()
@@ -64,24 +88,14 @@ class CarvedLinearisation:
         still = np.zeros_like(system.motion.foot_velocity)
         rest_tangents(
             kernel, system._replace(motion=system.motion._replace(foot_velocity=still, foot_spin=still)),
-            inputs._replace(feet=feet), (done.place, done.bent), load, done.fresh_snow(), (work, lines, room), z,
+            inputs._replace(feet=feet), (done.begin.place, done.begin.bent), load, done.begin.copy_memory(), rooms, z,
         )  # fmt: skip
         for foot in range(2):
-            start, change = (done.place, done.velocity), (z[:3], zv[:3])
+            start, change = (done.begin.place, done.begin.velocity), (z[:3], zv[:3])
             _, climb = climb_at_start(
                 kernel, system.parameters, system.surface, done.at, start, change, inputs, foot
             )  # fmt: skip
             zv[2] += SHARE[foot] * climb
-        series = _empty_tangents(done, many)
-        slopes = _heading_slopes(done, self._turning, captured)
-        kernel.carved_tangents(
-            system, done.heading, inputs, slopes, SoughtTangents.begin(z, zv), done.fresh_snow(), work, lines, room,
-            (done.series, series),
-        )  # fmt: skip
-        back = np.argsort(np.array(order, dtype=np.intp))
-        through = series.angle if own else None
-        slopes_by_field = run_slopes(done.at, ordered, series, series.forward, self._turning, through)
-        return self.run, {name: array[..., own + back] for name, array in slopes_by_field.items()}
 
 
 def _heading_slopes(done: Carved, turning: Sequence[Direction], captured: Sequence[Direction]) -> HeadingSlopes:

@@ -79,21 +79,47 @@ class CarvedRun:
 
 
 @dataclass(frozen=True)
+class CarvedMoment:
+    """A run with the captured heading at one instant: all that its further course depends on.
+
+    time : s;  place, velocity : (3,) m, m/s of the pelvis
+    bent, bending : (2, 2 + k) yaw, roll and vibrations of the skis, heave and pitch in the latter, and their rates
+    memory : of the snow, as it was left
+    """
+
+    time: float
+    place: Array
+    velocity: Array
+    bent: Array
+    bending: Array
+    memory: Groove
+
+    def state(self) -> CarvedState:
+        """Return the state as the kernel takes it, and changes it."""
+        return CarvedState.begin(self.place, self.velocity, self.bent)._replace(
+            bending=self.bending.copy(), old_bending=self.bending.copy()
+        )
+
+    def copy_memory(self) -> Groove:
+        """Return the snow's memory, for the kernel to change."""
+        return Groove(*(array.copy() for array in self.memory))
+
+
+@dataclass(frozen=True)
 class Carved:
     """What a run is made of, as the kernel takes it, and what it left.
 
     at, captured : the tables, the capture corrected, turned as the run did and not
-    place, velocity : (3,) m, m/s of the pelvis at the start
-    bent : (2, 2 + k) yaw, roll and vibrations of the skis then, heave and pitch in the latter
+    begin : the run at its first instant
+    memory : of the snow, as the run left it
     """
 
     at: Prepared
     captured: Prepared
     system: CarvedSystem
     heading: SolvedHeading
-    place: Array
-    velocity: Array
-    bent: Array
+    begin: CarvedMoment
+    memory: Groove
     series: CarvedSeries
 
     @property
@@ -106,9 +132,17 @@ class Carved:
         """Vibrations of each ski."""
         return len(self.system.ski.omega)
 
-    def fresh_snow(self) -> Groove:
-        """Return what the snow remembers before the start: nothing."""
-        return Groove.fresh(2, 2, self.points)
+    def end(self) -> CarvedMoment:
+        """Return the run at its last instant."""
+        series = self.series
+        return CarvedMoment(
+            time=float(self.at.time[-1]),
+            place=series.place[-1].copy(),
+            velocity=series.velocity[-1].copy(),
+            bent=series.bent[-1].copy(),
+            bending=series.bending[-1].copy(),
+            memory=self.memory,
+        )
 
     def work(self) -> CarvedWork:
         """Make room for the kernel."""
@@ -133,27 +167,46 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
     )
 
 
-def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None) -> Carved:
-    """Simulate a run; return all that it was made of.  Raises SimulationDiverged as ``simulate_carved`` does."""
+def carved_run(
+    model: Model, prepared: Prepared, joint: BootJoint | None = None, begin: CarvedMoment | None = None
+) -> Carved:
+    """Simulate a run; return all that it was made of.
+
+    begin : of a run that goes on, at the tables' first instant; None for a skier at rest on fresh snow, apart from his
+        speed.  A heading that is solved for begins as captured, so that no such run can go on.
+
+    Raises SimulationDiverged as ``simulate_carved`` does.
+    """
     at, kernel = prepared.correct_capture(model), carving_module()
     system = _carved_system(model, at, joint or boot_joint(model.equipment))
     points, modes = len(system.ski.width), len(system.ski.omega)
-    memory, work = Groove.fresh(2, 2, points), CarvedWork.room(EdgeWork.room(points, modes), modes)
-    place, velocity = first_place(model, at)
-    load = float(load_at_start(at, SHARE))
-    place[2] = rest_height(kernel, system, place, load, memory, work)
-    bent = np.zeros((2, 2 + modes))
-    if not np.isfinite(place[2]) or not bend_at_rest(kernel, system, place, load, bent, memory, work):
-        raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
-    velocity[2] = along_snow(model, place + at.foot_place[0], velocity, at.foot_velocity[0], SHARE)
-    series, heading = _empty_series(len(at.time), modes), _kernel_heading(model, at)
+    work = CarvedWork.room(EdgeWork.room(points, modes), modes)
+    if begin is None:
+        begin = _at_rest(model, at, system, work)
+    series, heading, memory = _empty_series(len(at.time), modes), _kernel_heading(model, at), begin.copy_memory()
     if heading.solved:
         system = system._replace(motion=_copy_turned(system.motion))
-    reached = kernel.run_carved(system, heading, CarvedState.begin(place, velocity, bent), memory, work, series)
+    reached = kernel.run_carved(system, heading, begin.state(), memory, work, series)
     if reached < len(at.time):
         raise SimulationDiverged(float(at.time[reached]), "Newton's method does not converge on snow that edges cut")
     turned = at.turn(Turn.of(at.up, heading.angle)) if heading.solved else at
-    return Carved(turned, at, system, heading, place, velocity, bent, series)
+    return Carved(turned, at, system, heading, begin, memory, series)
+
+
+def _at_rest(model: Model, at: Prepared, system: CarvedSystem, work: CarvedWork) -> CarvedMoment:
+    """Return the start of a run, at rest on fresh snow apart from its speed.
+
+    Raises SimulationDiverged where there is no rest.
+    """
+    kernel, points, modes = carving_module(), len(system.ski.width), len(system.ski.omega)
+    memory, bent = Groove.fresh(2, 2, points), np.zeros((2, 2 + modes))
+    place, velocity = first_place(model, at)
+    load = float(load_at_start(at, SHARE))
+    place[2] = rest_height(kernel, system, place, load, memory, work)
+    if not np.isfinite(place[2]) or not bend_at_rest(kernel, system, place, load, bent, memory, work):
+        raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
+    velocity[2] = along_snow(model, place + at.foot_place[0], velocity, at.foot_velocity[0], SHARE)
+    return CarvedMoment(float(at.time[0]), place, velocity, bent, np.zeros_like(bent), Groove.fresh(2, 2, points))
 
 
 def _carved_system(model: Model, at: Prepared, joint: BootJoint) -> CarvedSystem:

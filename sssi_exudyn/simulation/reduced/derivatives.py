@@ -36,6 +36,7 @@ from sssi_exudyn.runtime.threads import cores_used, side_by_side
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.heading import spread_inertia
 from sssi_exudyn.simulation.reduced.carved_derivatives import CarvedLinearisation
+from sssi_exudyn.simulation.reduced.carved_run import CarvedMoment
 from sssi_exudyn.simulation.reduced.derivative_inputs import (
     STEP,
     Direction,
@@ -103,12 +104,19 @@ def complex_model(model: Model, name: str) -> Model:
 
 
 def run_tangents(
-    model: Model, prepared: Prepared, names: Sequence[str], changes: Sequence[TableChange] = ()
+    model: Model,
+    prepared: Prepared,
+    names: Sequence[str],
+    changes: Sequence[TableChange] = (),
+    begin: CarvedMoment | None = None,
 ) -> tuple[ReducedRun, ReducedRun]:
     """Return a run, and its derivatives by the model's numbers of those names, then by the size of those changes, at
     size 0.  Each field has one axis more, last.
 
     Numbers that only instruments know (a late clock, faults of GPS and insoles) change nothing of the run.
+
+    begin : of a run that goes on, on snow that edges cut; numbers and changes do nothing before it
+
     Raises SimulationDiverged as ``simulate_reduced`` does, InputError for an unknown name.
     """
     numbers = [number_ref(name) for name in names]
@@ -124,7 +132,7 @@ def run_tangents(
     groups = [group for group in (tabular[i::count] for i in range(count)) if group] or [[]]
     groups[-1] = groups[-1] + plain
     if carved:
-        derivatives = CarvedLinearisation(model, prepared).derivatives
+        derivatives = CarvedLinearisation(model, prepared, begin).derivatives
     else:
         reduced_module()  # once, before threads ask for it
         derivatives = partial(_pass, model, prepared.correct_capture(model))

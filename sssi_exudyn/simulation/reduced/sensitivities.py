@@ -14,6 +14,7 @@ from sssi_exudyn.core.number_ref import number_ref
 from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.runtime.threads import cores_used, side_by_side
+from sssi_exudyn.simulation.reduced.carved_run import CarvedMoment
 from sssi_exudyn.simulation.reduced.derivative_inputs import STEP
 from sssi_exudyn.simulation.reduced.derivatives import (
     Addition,
@@ -39,6 +40,7 @@ def sensitivities(
     names: Sequence[str],
     observed: Callable[[Model, ReducedRun], Array],
     changes: Sequence[TableChange] = (),
+    begin: CarvedMoment | None = None,
 ) -> tuple[Array, Array]:
     """Return what is ``observed`` of a run, any shape (…), and its derivative (…, k) at size 0.  Derivatives are by the
     numbers of those names, then by the size of those changes of the posture's tables.
@@ -46,9 +48,11 @@ def sensitivities(
     Exact: the run's tangents are carried along with it, and ``observed`` is differentiated by a complex step.  It must
     therefore be a formula over the run's arrays and the model's numbers that NumPy continues to complex ones.
 
+    begin : as in ``run_tangents``
+
     Raises SimulationDiverged as ``simulate_reduced`` does, InputError for an unknown name.
     """
-    run, slopes = run_tangents(model, prepared, names, changes)
+    run, slopes = run_tangents(model, prepared, names, changes, begin)
     first = observed(model, run)
     models = [*(complex_model(model, name) for name in names), *(model for _ in changes)]
     columns = [np.imag(observed(stepped, along(run, slopes, i))) / STEP for i, stepped in enumerate(models)]
