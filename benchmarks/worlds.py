@@ -169,7 +169,7 @@ def _by_evidence(evidence: dict[str, Array]) -> tuple[list[str], Array, Array]:
     latent = laws[-1]
     values[latent] = np.logaddexp(values[latent], free_form)
     weights = np.array([BY_NAME[name].weight for name in laws])
-    as_is = replace(THRESHOLDS, temper=1.0, shapeless=1e12)
+    as_is = replace(THRESHOLDS, temper=1.0)
     columns = np.stack([values[name] for name in laws], axis=1)
     tempered, plain = (
         np.array([probabilities(0.0, row, weights, thresholds) for row in columns])

@@ -112,7 +112,6 @@ def _search(about: Reestimate, *, full: bool) -> tuple[Reestimate, list[Round], 
     problem, state = about.problem, about.state
     thresholds = problem.thresholds
     rounds = [compare_hypotheses(problem, state, about.fit)]
-    about = replace(about, state=replace(state, first_evidence=rounds[0].nothing.log_evidence))
     accepted: list[Accepted] = []
     forms: list[Freedom] = []
     share = _FIRST_SHARE

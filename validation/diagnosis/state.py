@@ -44,14 +44,12 @@ class State:
     levels : of the noise;  nuisances : what else may vary
     beyond : (N,) what the full model predicts beyond the reduced one
     estimate : what all is linearised about; None where most of the posture is assumed
-    first_evidence : log evidence of the model without anything added, once it is known
     """
 
     levels: NoiseLevels
     nuisances: Nuisances
     beyond: Array
     estimate: Posterior | None = None
-    first_evidence: float | None = None
 
     def offset(self, amounts: Array) -> Array:
         """Return (N,) what is added to the reduced model's prediction on a surface whose modes have these amounts (s,):
@@ -126,8 +124,7 @@ def estimate_again(
             fit = fit_model(problem, state, fit.model, fit.parameters, state.levels)
         return problem, state, fit
     posterior = _estimate_with(problem, fit, state.estimate, full=full, comparing=True)
-    problem, following, base = linearise_about(problem, posterior, fit.parameters)
-    return problem, replace(following, first_evidence=state.first_evidence), base
+    return linearise_about(problem, posterior, fit.parameters)
 
 
 def last_estimate(problem: DiagnosisProblem, state: State, fit: Refit, *, full: bool) -> Posterior | None:

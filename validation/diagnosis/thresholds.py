@@ -51,12 +51,6 @@ class Thresholds:
         "certain",
         on="unknown: before 8aabea3",
     )
-    shapeless: float = chosen(
-        150.0,
-        reason="log evidence that an effect brings from which its exact form matters more than the noise: there the "
-        "difference between two names counts for half",
-        on=_EARLY,
-    )
     temper: float = chosen(
         0.6,
         reason="share for which log evidence counts: no model is exact, and errors that none of them has make "

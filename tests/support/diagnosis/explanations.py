@@ -53,4 +53,4 @@ def round_of(
 
 def ranked(*explanations: Explanation, base: Any = None) -> Round:
     """A round in which these are as probable as their evidence makes them."""
-    return round_of(*rank_by_probability(explanations, 0.0, NOWHERE), base=base)
+    return round_of(*rank_by_probability(explanations, NOWHERE), base=base)

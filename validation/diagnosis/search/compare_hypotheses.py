@@ -69,11 +69,10 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
 
     compared = [pair for pair in side_by_side(compare, problem.hypotheses) if pair is not None]
     noticed = {explanation.name: smallest for explanation, smallest in compared}
-    explained = 0.0 if state.first_evidence is None else max(0.0, evidence - state.first_evidence)
     screened = [explanation for explanation, _ in compared]
     explanations: list[Explanation] = [nothing, *_refit_best(problem, state, base, fitted, nothing, screened)]
-    ranked = rank_by_probability(explanations, explained, fitted)
-    return Round(ranked, linear, base, fitted, responses, noticed, explained)
+    ranked = rank_by_probability(explanations, fitted)
+    return Round(ranked, linear, base, fitted, responses, noticed)
 
 
 def extended_parameters(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], tuple[Parameter, ...]]:

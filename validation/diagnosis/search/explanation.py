@@ -123,7 +123,6 @@ class Round:
     linear : the run linearised about ``base``, the fit without anything more;  fitted : its run
     responses : (N, probes) by the names of the hypotheses, a unit of amplitude
     noticed : by their names, from which size on each would have been noticed
-    explained : log evidence that earlier findings brought
     judgement : what simulated runs had hidden that look like the recording, where these were asked
     """
 
@@ -133,7 +132,6 @@ class Round:
     fitted: FittedRun
     responses: dict[str, Array]
     noticed: dict[str, Smallest]
-    explained: float = 0.0
     judgement: Judgement | None = None
 
     @property
@@ -158,12 +156,10 @@ class Round:
 
     def ranked(self, explanations: Sequence[Explanation]) -> Round:
         """Return the same round with other evidence of its explanations, and their probabilities by that."""
-        return replace(self, explanations=rank_by_probability(explanations, self.explained, self.fitted))
+        return replace(self, explanations=rank_by_probability(explanations, self.fitted))
 
 
-def rank_by_probability(
-    explanations: Sequence[Explanation], explained: float, fitted: FittedRun
-) -> tuple[Explanation, ...]:
+def rank_by_probability(explanations: Sequence[Explanation], fitted: FittedRun) -> tuple[Explanation, ...]:
     """Return all explanations of a round with their probabilities, the most probable first."""
     (nothing,) = (explanation for explanation in explanations if isinstance(explanation, Nothing))
     hypotheses = [explanation for explanation in explanations if isinstance(explanation, Screened)]
@@ -171,7 +167,7 @@ def rank_by_probability(
         [(screened.hypothesis.weight, screened.log_evidence, screened.log_natural) for screened in hypotheses]
     ).reshape(-1, 3).T  # fmt: skip
     of_nothing, *of_hypotheses = probabilities(
-        nothing.log_evidence, evidence, weights, fitted.thresholds, explained=explained, log_natural=natural
+        nothing.log_evidence, evidence, weights, fitted.thresholds, log_natural=natural
     ).tolist()
     by_hypothesis = iter(of_hypotheses)
     weighed: list[Explanation] = [

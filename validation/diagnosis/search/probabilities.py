@@ -47,7 +47,6 @@ def probabilities(
     weights: Array,
     thresholds: Thresholds = THRESHOLDS,
     *,
-    explained: float = 0.0,
     log_natural: Array | None = None,
 ) -> Array:
     """Return the posterior probabilities (1 + k,) of nothing missing and of k hypotheses.
@@ -56,23 +55,18 @@ def probabilities(
     ----------
     nothing : log evidence of nothing missing
     log_evidence, weights : (k,) of the hypotheses; their weights are prior probabilities relative to each other
-    explained : log evidence that earlier findings brought.  It makes nothing more probable: the residual of a strong
-        effect is partly its own form, which is not known.
     log_natural : (k,) densities of each one's size were it the slope's own over that were it not: what shapes the snow
         may be the slope's own; then nothing is missing, as the surface has it
 
-    Differences of log evidence count less than they are (``Thresholds.temper``), and less still the more there is to
-    explain (``Thresholds.shapeless``).
+    Differences of log evidence count less than they are (``Thresholds.temper``).
     """
     prior = thresholds.nothing
     shares = np.concatenate([[prior], (1.0 - prior) * weights / np.sum(weights)])
     evidence = np.concatenate([[nothing], log_evidence])
     behind = thresholds.temper * (np.max(evidence) - evidence)
-    discount = np.full(len(evidence), 1.0 + float(np.max(evidence) - nothing) / thresholds.shapeless)
-    discount[0] += explained / thresholds.shapeless
-    logs = np.log(shares) - behind / discount
+    logs = np.log(shares) - behind
     if log_natural is not None:
-        own = np.log(thresholds.natural * prior) - behind[1:] / discount[1:] + log_natural
+        own = np.log(thresholds.natural * prior) - behind[1:] + log_natural
         logs[0] = np.logaddexp.reduce([logs[0], *own])
     odds = np.exp(logs - logs.max())
     return np.asarray(odds / odds.sum())

@@ -135,9 +135,6 @@ def test_probabilities_of_explanations() -> None:
     more_certain = probabilities(0.0, np.array([10.0, 0.0]), weights)
     assert more_certain.sum() == pytest.approx(1.0)
     assert more_certain[1] > 0.95
-    # the same next to a finding, whose form is not known to a per cent
-    with_finding = probabilities(0.0, np.array([10.0, 0.0]), weights, explained=600.0)
-    assert odds[1] < with_finding[1] < 0.75
 
 
 def test_a_day_in_words_as_a_page_and_as_a_file(tmp_path: Path) -> None:
