@@ -137,7 +137,6 @@ class JointFriction:
     left_out: tuple[str, ...] = ()
 
 
-
 @dataclass(frozen=True)
 class _Block:
     """What a run says with one scatter: −½ θᵀ matrix θ + vector·θ + constant, of its own unknowns θ (m,).
@@ -288,7 +287,9 @@ def compare_runs(place: str, names: Sequence[str], places: Array, passages: Sequ
         more = own.of(own.against(day.run, r))
         seen = (NORMAL_90 + _NINE_OF_TEN) * more.sigma_rms
         scatter = float(np.exp(own.share @ np.log(SCATTERS)))
-        runs.append(RunFriction(name, more.range(), more.other(RUN * np.sqrt(1.0 + 1.0 / (day.runs - 1))), seen, scatter))
+        runs.append(
+            RunFriction(name, more.range(), more.other(RUN * np.sqrt(1.0 + 1.0 / (day.runs - 1))), seen, scatter)
+        )
     differences = []
     for at, (run, stretch) in enumerate(state.chosen):
         size = answers[run].of(answers[run].row({len(day.precision) + at: 1.0})).range()

@@ -92,7 +92,9 @@ def passages_of(runs: Sequence[Descent]) -> tuple[Array, list[Passage]]:
     line = _line(runs)
     along = [_along(run, line) for run in runs]
     # the ends leave time to average
-    inside = [np.interp(run.time[[0, -1]] + [_AVERAGED, -_AVERAGED], run.time, p) for run, p in zip(runs, along, strict=True)]
+    inside = [
+        np.interp(run.time[[0, -1]] + [_AVERAGED, -_AVERAGED], run.time, p) for run, p in zip(runs, along, strict=True)
+    ]
     first, last = max(ends[0] for ends in inside), min(ends[1] for ends in inside)
     if last - first < SHORTEST:
         return np.zeros(0), []
@@ -108,9 +110,7 @@ def _line(runs: Sequence[Descent]) -> Array:
     middle = runs[int(np.argmin(apart.sum(axis=1)))].flat
     even = _at_shares(middle, np.linspace(0.0, 1.0, max(3, round(_length(middle) / _STEP) + 1)))
     margin = min(len(even) - 1, round(4.0 * _TURNS / _STEP))
-    longer = np.pad(
-        even, ((margin, margin), (0, 0)), mode="reflect", reflect_type="odd"
-    )  # the ends stay
+    longer = np.pad(even, ((margin, margin), (0, 0)), mode="reflect", reflect_type="odd")  # the ends stay
     smooth = gaussian_filter1d(longer, _TURNS / _STEP, axis=0)[margin : margin + len(even)]
     return _at_shares(smooth, np.linspace(0.0, 1.0, max(3, round(_length(smooth) / _STEP) + 1)))
 
