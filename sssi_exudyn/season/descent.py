@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -25,6 +26,11 @@ _EVERY: Final = 0.4
 """s between the fixes of a track that are kept, at least: a turn lasts one."""
 _UNSTATED: Final = 3.0
 """m; error of a place where the receiver does not state it, as an import takes it."""
+_AS_A_TELEPHONE: Final = 10.0
+"""m; what telephones state, for the speeds of a receiver that states nothing: it may smooth them as they do."""
+_DISAGREE: Final = 1.0
+"""m/s (root mean square) by which a receiver's speeds differ from those of its places where they are not believed: the
+largest error of the latter.  Some watches filter speed over ten seconds and more."""
 _DRAG_AREA: Final = 0.5
 """m²; the model's of a skier who turns (0.23 in a tuck to 0.66 upright)."""
 _MASS: Final = Skier().mass + 2.0 * (Equipment().ski_mass + Equipment().boot_mass)
@@ -60,15 +66,14 @@ def descent_figures(recording: Recording) -> dict[str, float | None]:
 def track_of(recording: Recording) -> pa.Table | None:
     """Return the track of a recording, with the columns ``TRACK``; None without."""
     gps = recording.gps
-    if gps is None or len(gps.time) < 2:
+    if gps is None:
+        return None
+    within = (gps.time >= recording.start) & (gps.time <= recording.stop)
+    if np.count_nonzero(within) < 2:
         return None
     equipment = recording.equipment
     mass = recording.skier.mass + 2.0 * (equipment.ski_mass + equipment.boot_mass)
-    within = (gps.time >= recording.start) & (gps.time <= recording.stop)
-    stated = float(np.median(gps.sigma))
-    return _track(
-        gps, within if np.count_nonzero(within) > 1 else within | True, stated, speed_noise(gps, stated), mass
-    )
+    return _track(gps, within, speed_noise(gps, float(np.median(gps.sigma))), mass)
 
 
 def points_of(track: pd.DataFrame) -> Array:
@@ -84,15 +89,16 @@ def track_of_fixes(path: Path) -> pa.Table:
     """
     fixes = read_fixes(path, _UNSTATED)
     gps = gps_from_fixes(path, fixes, segment="", offset=np.zeros(3), sigma=_UNSTATED)
-    # who states no error of a place may smooth speeds as telephones do
-    speed_sigma = speed_noise(gps, float(np.median(gps.sigma)) if "sigma_m" in fixes.columns else np.inf)
-    return _track(gps, np.full(len(gps.time), True), float(np.median(gps.sigma)), speed_sigma, _MASS)
+    stated = float(np.median(gps.sigma)) if "sigma_m" in fixes.columns else _AS_A_TELEPHONE
+    return _track(gps, np.full(len(gps.time), True), speed_noise(gps, stated), _MASS)
 
 
-def _track(gps: Gps, within: NDArray[np.bool_], stated: float, speed_sigma: float, mass: float) -> pa.Table:
-    time, places = gps.time[within], gps.enu[within]
+def _track(gps: Gps, within: NDArray[np.bool_], speed_sigma: float, mass: float) -> pa.Table:
+    time, places, stated = gps.time[within], gps.enu[within], float(np.median(gps.sigma))
     thin = slice(None, None, max(1, int(_EVERY / float(np.median(np.diff(time))))))
-    speed = np.linalg.norm(velocity_of(gps), axis=1)[within] if gps.speed is None else gps.speed[within]
+    speed = np.linalg.norm(velocity_of(replace(gps, speed=None)), axis=1)[within]
+    if gps.speed is not None and np.sqrt(np.mean((gps.speed[within] - speed) ** 2)) < _DISAGREE:
+        speed = gps.speed[within]
     latitude, longitude, altitude = pymap3d.enu2geodetic(*places[thin].T, *gps.origin)
     height_sigma, wander = height_noise(gps, stated)
     drag = 0.5 * AirDrag().rho * _DRAG_AREA / mass
