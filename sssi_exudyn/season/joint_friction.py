@@ -32,7 +32,6 @@ from scipy.optimize import brentq
 from scipy.special import expit, logsumexp, ndtr, ndtri
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import NORMAL_90
 from sssi_exudyn.fitting.few_sensors.path_balance import FRICTION
 from sssi_exudyn.season.stretches import Passage
 
@@ -58,6 +57,10 @@ _GROUND: Final = 1000.0
 """m; heights are unknown beforehand."""
 _NINE_OF_TEN: Final = float(ndtri(0.9))
 """Standard deviations by which a difference exceeds the least that is noticed, so that noise seldom hides it."""
+LARGEST: Final = 0.3
+"""Largest difference that is thought of: a snowplough on the steep against gliding."""
+_SIZES: Final = np.geomspace(0.002, LARGEST, 150)
+"""Differences among which the least that is noticed is sought: 3 % apart."""
 _MOST: Final = 20
 """Maximum number of differences of a descent."""
 _ROUNDS: Final = 3
@@ -94,7 +97,7 @@ class RunFriction:
 
     more : its friction over that of the others on average
     differs : probability that it is another than theirs
-    seen : least difference whose interval would leave out zero nine times of ten
+    seen : least difference that would be noticed nine times of ten
     scatter : its spread from stretch to stretch
     """
 
@@ -124,7 +127,8 @@ class JointFriction:
     """What the runs of one descent show together.
 
     place : letter of the descent;  friction : effective friction of the runs on average, over all stretches
-    seen : least difference on one stretch that would be noticed nine times of ten
+    seen : least difference on one stretch that would be noticed nine times of ten; ``LARGEST`` where all would pass for
+        scatter
     left_out : runs of the descent that are not compared
     """
 
@@ -285,11 +289,9 @@ def compare_runs(place: str, names: Sequence[str], places: Array, passages: Sequ
     runs = []
     for r, (name, own) in enumerate(zip(names, answers, strict=True)):
         more = own.of(own.against(day.run, r))
-        seen = (NORMAL_90 + _NINE_OF_TEN) * more.sigma_rms
+        differs = more.other(RUN * np.sqrt(1.0 + 1.0 / (day.runs - 1)))
         scatter = float(np.exp(own.share @ np.log(SCATTERS)))
-        runs.append(
-            RunFriction(name, more.range(), more.other(RUN * np.sqrt(1.0 + 1.0 / (day.runs - 1))), seen, scatter)
-        )
+        runs.append(RunFriction(name, more.range(), differs, more.least_other(), scatter))
     differences = []
     for at, (run, stretch) in enumerate(state.chosen):
         size = answers[run].of(answers[run].row({len(day.precision) + at: 1.0})).range()
@@ -311,9 +313,12 @@ class _Search:
     def __init__(self, day: _Day) -> None:
         self.day = day
         alike = [day.solve(_State((number,) * day.runs)).evidence for number in range(len(SCATTERS))]
-        self._begin = int(np.argmax(alike))
-        apart = np.log(np.array(SCATTERS) / SCATTERS[self._begin]) / _UNLIKE
-        self._prior = -0.5 * apart**2
+        self._prior = np.zeros(len(SCATTERS))
+        each = self.scattered(_State((int(np.argmax(alike)),) * day.runs)).scatters
+        # of the usual run: a difference in one of them does not count for all
+        usual = float(np.median(np.log(SCATTERS)[list(each)]))
+        self._prior = -0.5 * ((np.log(SCATTERS) - usual) / _UNLIKE) ** 2
+        self._begin = each
         share = RARE / day.stretches
         self._log_odds = float(np.log(share / (1.0 - share)))
 
@@ -348,7 +353,7 @@ class _Search:
 
     def differences(self) -> _State:
         """Return the model with the differences that make the runs more probable, added one after another."""
-        state = self.scattered(_State((self._begin,) * self.day.runs))
+        state = self.scattered(_State(self._begin))
         while len(state.chosen) < _MOST:
             odds = self.log_odds(state)
             if np.max(odds) <= 0.0:
@@ -368,12 +373,33 @@ class _Search:
         return _Answer(np.exp(weights - logsumexp(weights)), posteriors)
 
     def least_seen(self, state: _State) -> float:
-        """Return the least difference that is chosen nine times of ten, on the usual stretch."""
-        posterior = self.day.solve(state)
-        told = np.concatenate([self.day.gains(state, run, posterior)[1] for run in range(self.day.runs)])
-        told = np.maximum(told, SIZE**-2)
-        deviations = np.sqrt(np.log(1.0 + told * SIZE**2) - 2.0 * self._log_odds) + _NINE_OF_TEN
-        return float(np.median(deviations / np.sqrt(told)))
+        """Return the least difference that is chosen nine times of ten, on the usual stretch of the usual run.
+
+        Part of a difference passes for scatter: without noise, one of size x lowers the evidence of a model without it
+        by ½ x² told.
+        """
+        seen = []
+        for run in range(self.day.runs):
+            weights, posteriors = self._weights(state, run)
+            told = np.array(
+                [
+                    np.median(self.day.gains(state.scattered(run, number), run, posterior)[1])
+                    for number, posterior in enumerate(posteriors)
+                ]
+            )
+            total = told + SIZE**-2
+            without = weights - 0.5 * _SIZES[:, None] ** 2 * told
+            there = without + 0.5 * (_SIZES[:, None] * told) ** 2 / total - 0.5 * np.log(total * SIZE**2)
+            odds = logsumexp(there, axis=1) - logsumexp(without, axis=1) + self._log_odds
+            usual = told[int(np.argmax(weights))]
+            seen.append(_first_above(odds) + _NINE_OF_TEN / np.sqrt(max(usual, SIZE**-2)))
+        return min(float(np.median(seen)), LARGEST)
+
+
+def _first_above(log_odds: Array) -> float:
+    """Return the least of ``_SIZES`` (n,) at which log odds (n,) are above zero; the largest where none are."""
+    above = log_odds > 0.0
+    return float(_SIZES[np.argmax(above)] if np.any(above) else _SIZES[-1])
 
 
 @dataclass(frozen=True)
@@ -413,21 +439,19 @@ class _Mixture:
         """Mean of all."""
         return float(self.share @ self.mean)
 
-    @property
-    def sigma_rms(self) -> float:
-        """Root mean square of the Gaussians' standard deviations."""
-        return float(np.sqrt(self.share @ self.sigma**2))
-
     def below(self, value: float) -> float:
         """Return the probability of less than a value."""
         return float(self.share @ ndtr((value - self.mean) / self.sigma))
 
     def other(self, prior: float) -> float:
         """Return the probability of a number that is another than zero, whose ``prior`` standard deviation was wide."""
-        told = 1.0 / self.sigma**2 - prior**-2
-        measured = self.mean / (told * self.sigma**2)
-        logs = [-0.5 * (measured**2 / (1.0 / told + s**2) + np.log(1.0 / told + s**2)) for s in (ALIKE, OTHER)]
-        return float(self.share @ expit(logs[1] - logs[0] + np.log(RARE / (1.0 - RARE))))
+        shrunk = 1.0 - (self.sigma / prior) ** 2
+        return float(self.share @ expit(_log_odds_of_other(self.mean / shrunk, self.sigma**2 / shrunk)))
+
+    def least_other(self) -> float:
+        """Return the least number whose ``other`` is above one half nine times of ten."""
+        variance = float(self.share @ self.sigma**2)
+        return _first_above(_log_odds_of_other(_SIZES, variance)) + _NINE_OF_TEN * float(np.sqrt(variance))
 
     def range(self, shift: float = 0.0) -> Range:
         """Return mean and 90 % interval, ``shift`` added."""
@@ -435,3 +459,9 @@ class _Mixture:
         first, last = float(np.min(self.mean)) - reach, float(np.max(self.mean)) + reach
         ends = [brentq(lambda value, s=share: self.below(value) - s, first, last, xtol=1e-7) for share in (0.05, 0.95)]
         return Range(self.middle + shift, ends[0] + shift, ends[1] + shift)
+
+
+def _log_odds_of_other(measured: Array, variance: Array | float) -> Array:
+    """Return the log odds of a run that differs, by the spread of such runs, against one that does not."""
+    logs = [-0.5 * (measured**2 / (variance + s**2) + np.log(variance + s**2)) for s in (ALIKE, OTHER)]
+    return np.asarray(logs[1] - logs[0] + np.log(RARE / (1.0 - RARE)))

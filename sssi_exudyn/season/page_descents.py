@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.section import Block, Grid, Heading, Items, Panel, Panels, Text
-from sssi_exudyn.season.joint_friction import JointFriction, Range
+from sssi_exudyn.season.joint_friction import LARGEST, JointFriction, Range
 
 _MOST: Final = 6
 """Maximum number of descents on the page; ``season.json`` has all of them."""
@@ -45,9 +45,11 @@ def sentences_of(descent: JointFriction) -> list[str]:
 def bound_of(descent: JointFriction) -> str:
     """Return in a sentence which differences would not be noticed."""
     least = max(run.seen for run in descent.runs)
+    whole = f"A run that differs by less than {least:.3f} on all stretches may not be noticed"
+    if descent.seen >= LARGEST:
+        return f"{whole}, and what differs on one stretch passes for the skier's scatter."
     return (
-        f"A run that differs by less than {least:.3f} on all stretches, or by less than {descent.seen:.2f} on one,"
-        " would not be noticed for certain."
+        f"{whole}, nor one that differs by less than {descent.seen:.2f} on one of them; of larger ones nine of ten are."
     )
 
 
