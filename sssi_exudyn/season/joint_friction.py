@@ -37,8 +37,8 @@ from sssi_exudyn.season.stretches import Passage
 
 SCATTERS: Final = (0.0025, 0.005, 0.01, 0.02, 0.04, 0.08)
 """Possible spreads of a run's friction from stretch to stretch: from the snow's own to a skier who stops somewhere."""
-_UNLIKE: Final = 0.7
-"""Spread of the runs' scatters, logarithmic: half as much or twice as much in a third of the runs."""
+_UNLIKE: Final = 1.2
+"""Spread of the runs' scatters, logarithmic: a third or three times as much in a third of the runs."""
 RUN: Final = 0.05
 """Prior standard deviation of a run's friction: dry and wet snow, old wax and new."""
 STRETCH: Final = 0.1

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from passages import draw_passages
 
 from sssi_exudyn.season.joint_friction import JointFriction, compare_runs
+from sssi_exudyn.season.page_descents import NAMED
 
 PLACE = np.array([0.08, 0.15, 0.10, 0.12, 0.07, 0.11])
 NAMES = ["first", "second", "third", "fourth", "fifth"]
 PATCH = (1, 3)
 """The run and the stretch of the patch."""
+SURE = 0.8
+"""Probability from which a name is counted as said."""
 
 
 def compared(seed: int, cells: dict[tuple[int, int], float], runs: list[float], noise: float = 1.0) -> JointFriction:
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng([seed, 14])
     scatters = rng.choice([0.004, 0.008, 0.015], len(runs)) * noise
     return compare_runs("A", NAMES[: len(runs)], *draw_passages(rng, PLACE, runs, cells, scatters, noise))
 
@@ -26,7 +31,7 @@ def test_runs_that_are_measured_exactly_give_the_place_the_run_and_the_patch() -
     others = [run.more.value for run in answer.runs if run.run != "fourth"]
     assert answer.runs[3].more.value == pytest.approx(0.03, abs=1e-3)
     assert others == pytest.approx([-0.03 / 4.0] * 4, abs=1e-3)
-    assert [run.differs > 0.8 for run in answer.runs] == [False, False, False, True, False]
+    assert [run.differs > SURE for run in answer.runs] == [False, False, False, True, False]
     (patch,) = answer.differences
     assert (patch.run, patch.stretch) == ("second", 3)
     assert patch.size.value == pytest.approx(0.08, rel=0.1)  # of a spread of 0.05, known to 0.01: a 25th less
@@ -36,45 +41,65 @@ def test_runs_that_are_measured_exactly_give_the_place_the_run_and_the_patch() -
     assert apart == pytest.approx([value - np.mean(np.delete(PLACE, s)) for s, value in enumerate(PLACE)], abs=4e-3)
 
 
+@dataclass
+class Count:
+    """Statements of one kind, and those that hold."""
+
+    held: int = 0
+    every: int = 0
+
+    def add(self, *, holds: bool) -> None:
+        self.held, self.every = self.held + bool(holds), self.every + 1
+
+    @property
+    def share(self) -> float:
+        return self.held / self.every
+
+    @property
+    def error(self) -> float:
+        """Standard error of a share of 0.9."""
+        return float(np.sqrt(0.09 / self.every))
+
+
 @pytest.mark.long(seconds=12)
 def test_intervals_hold_and_names_are_right_as_often_as_stated() -> None:
-    days, held, right, sure, wrong, promised = 240, np.zeros((3, 2)), 0, 0, 0, 0.0
-    large = np.zeros((2, 2))
-    for seed in range(days):
-        rng = np.random.default_rng([seed, 9])
-        size, patch = rng.choice([-1.0, 1.0]) * rng.uniform(0.015, 0.04), float(rng.uniform(0.06, 0.14))
-        runs = [0.0, 0.0, 0.0, float(size), 0.0]
+    runs_held, stretches_held, sizes_held = Count(), Count(), Count()
+    runs_noticed, patches_noticed, names = Count(), Count(), Count()
+    for seed in range(300):
+        rng = np.random.default_rng([seed, 13])
+        size = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.015, 0.04)) if seed % 2 else 0.0
+        patch = 0.0 if seed % 2 else float(rng.uniform(0.06, 0.14))
+        runs = [0.0, 0.0, 0.0, size, 0.0]
         answer = compared(seed, {PATCH: patch}, runs)
-        for run, (more, told) in enumerate(zip(runs, answer.runs, strict=True)):
-            truth = more - np.mean(np.delete(runs, run))
-            held[0] += told.more.low <= truth <= told.more.high, 1.0
-            sure, wrong = sure + (told.differs > 0.8), wrong + (told.differs > 0.8 and run != 3)
-            if run == 3 and abs(truth) > told.seen:
-                large[0] += told.differs > 0.5, 1.0
-        for stretch, told_apart in enumerate(answer.stretches):
-            truth = PLACE[stretch] - np.mean(np.delete(PLACE, stretch))
-            held[1] += told_apart.apart.low <= truth <= told_apart.apart.high, 1.0
+        for run, told in enumerate(answer.runs):
+            truth = runs[run] - float(np.mean(np.delete(runs, run)))
+            runs_held.add(holds=told.more.low <= truth <= told.more.high)
+            if told.differs > SURE:
+                names.add(holds=run == 3 and size != 0.0)
+        for number, stretch in enumerate(answer.stretches):
+            truth = PLACE[number] - float(np.mean(np.delete(PLACE, number)))
+            stretches_held.add(holds=stretch.apart.low <= truth <= stretch.apart.high)
+        found = {(NAMES.index(difference.run), difference.stretch): difference for difference in answer.differences}
+        for cell, difference in found.items():
+            if difference.probability > SURE:
+                names.add(holds=cell == PATCH and patch > 0.0)
+        if PATCH in found and patch > 0.0:
+            sizes_held.add(holds=found[PATCH].size.low <= patch <= found[PATCH].size.high)
+        if abs(size) > answer.runs[3].seen:
+            runs_noticed.add(holds=answer.runs[3].differs > NAMED)
         if patch > answer.seen:
-            large[1] += any((told.run, told.stretch) == (NAMES[PATCH[0]], PATCH[1]) for told in answer.differences), 1.0
-        for told_patch in answer.differences:
-            there = (NAMES.index(told_patch.run), told_patch.stretch) == PATCH
-            promised += told_patch.probability
-            certain = told_patch.probability > 0.8
-            right, sure, wrong = right + there, sure + certain, wrong + (certain and not there)
-            if there:
-                held[2] += told_patch.size.low <= patch <= told_patch.size.high, 1.0
-    share = held[:, 0] / held[:, 1]
-    # 90 %: runs of a day share their errors, so that 1200 intervals count as 240; three standard errors of these
-    assert np.all(np.abs(share[:2] - 0.9) < 3.0 * np.sqrt(0.9 * 0.1 / days))
-    # of a patch that is found by noise in its favour the size is too large: of all that is found 85 % at least
-    assert share[2] > 0.85
-    # what is as large as the bound is noticed nine times of ten, and all of it is larger; three standard errors
-    assert np.all(large[:, 1] > 20)
-    assert np.all(large[:, 0] / large[:, 1] > 0.9 - 3.0 * np.sqrt(0.9 * 0.1 / large[:, 1]))
-    assert sure > 200
-    assert wrong < 0.05 * sure  # said with 0.8 and more, most with 0.95
-    # every run has its chance of a difference beforehand, and one has it for certain: what is named is there more often
-    assert promised < 1.1 * right
+            patches_noticed.add(holds=PATCH in found)
+    # the five runs and six stretches of a day share errors: they count as two of each, and three standard errors
+    assert abs(runs_held.share - 0.9) < 3.0 * runs_held.error * np.sqrt(2.5)
+    assert abs(stretches_held.share - 0.9) < 3.0 * stretches_held.error * np.sqrt(3.0)
+    assert abs(sizes_held.share - 0.9) < 3.0 * sizes_held.error
+    # what exceeds a bound is noticed nine times of ten at least
+    assert min(runs_noticed.every, patches_noticed.every) > 50
+    assert runs_noticed.share > 0.9 - 3.0 * runs_noticed.error
+    assert patches_noticed.share > 0.9 - 3.0 * patches_noticed.error
+    # said with 0.8 and more
+    assert names.every > 100
+    assert names.share > SURE + 0.1
 
 
 def test_where_nothing_differs_nothing_is_named_and_the_bound_holds() -> None:
