@@ -178,7 +178,8 @@ def judge(score: Score, seed: tuple[int, ...], kind: Kind, runs: int) -> None:
     noticed = False
     whole = effect.size if kind == "a run" else 0.0
     for run, told in enumerate(answer.runs):
-        truth = whole if run == effect.run else -whole / (runs - 1)
+        others = [other for other in range(runs) if other != run and not answer.runs[other].apart]
+        truth = whole * ((run == effect.run) - float(np.mean([other == effect.run for other in others])))
         score.hold(HELD[0], told.more, truth)
         if told.differs >= SURE:
             right = run == effect.run and kind == "a run"

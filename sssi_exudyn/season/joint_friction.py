@@ -95,16 +95,20 @@ class StretchFriction:
 class RunFriction:
     """A run against the others of the descent, on all stretches alike.
 
-    more : its friction over that of the others on average
+    more : its friction over that of the others on average, which are those that are not ``apart``
     differs : probability that it is another than theirs
-    seen : least difference that would be noticed nine times of ten
+    apart : whether that is more probable than not, and two others at least are left
+    seen, seen_on_stretch : least difference on all stretches alike, and on one of them, that would be noticed nine
+        times of ten; ``LARGEST`` where all would pass for scatter
     scatter : its spread from stretch to stretch
     """
 
     run: str
     more: Range
     differs: float
+    apart: bool
     seen: float
+    seen_on_stretch: float
     scatter: float
 
 
@@ -127,8 +131,6 @@ class JointFriction:
     """What the runs of one descent show together.
 
     place : letter of the descent;  friction : effective friction of the runs on average, over all stretches
-    seen : least difference on one stretch that would be noticed nine times of ten; ``LARGEST`` where all would pass for
-        scatter
     left_out : runs of the descent that are not compared
     """
 
@@ -137,7 +139,6 @@ class JointFriction:
     stretches: tuple[StretchFriction, ...]
     runs: tuple[RunFriction, ...]
     differences: tuple[Difference, ...]
-    seen: float
     left_out: tuple[str, ...] = ()
 
 
@@ -283,15 +284,16 @@ def compare_runs(place: str, names: Sequence[str], places: Array, passages: Sequ
                 end_m=end,
                 drop_m=answer.of(drop).middle,
                 friction=answer.of(average + answer.row({int(day.stretch[s]): 1.0})).range(FRICTION.mean),
-                apart=answer.of(answer.against(day.stretch, s)).range(),
+                apart=answer.of(answer.against(day.stretch[s], np.delete(day.stretch, s))).range(),
             )
         )
+    apart = _apart(day, answers)
     runs = []
     for r, (name, own) in enumerate(zip(names, answers, strict=True)):
-        more = own.of(own.against(day.run, r))
-        differs = more.other(RUN * np.sqrt(1.0 + 1.0 / (day.runs - 1)))
+        more, differs = _over_others(day, own, r, apart)
         scatter = float(np.exp(own.share @ np.log(SCATTERS)))
-        runs.append(RunFriction(name, more.range(), differs, more.least_other(), scatter))
+        on_stretch = search.least_seen(state, r)
+        runs.append(RunFriction(name, more.range(), differs, r in apart, more.least_other(), on_stretch, scatter))
     differences = []
     for at, (run, stretch) in enumerate(state.chosen):
         size = answers[run].of(answers[run].row({len(day.precision) + at: 1.0})).range()
@@ -303,8 +305,26 @@ def compare_runs(place: str, names: Sequence[str], places: Array, passages: Sequ
         stretches=tuple(stretches),
         runs=tuple(runs),
         differences=tuple(sorted(differences, key=lambda difference: -difference.probability)),
-        seen=search.least_seen(state),
     )
+
+
+def _apart(day: _Day, answers: Sequence[_Answer]) -> list[int]:
+    """Return the runs that differ, the most certain first; of two runs none is the one that differs."""
+    apart: list[int] = []
+    while day.runs - len(apart) > 2:
+        left = [run for run in range(day.runs) if run not in apart]
+        differs = [_over_others(day, answers[run], run, apart)[1] for run in left]
+        if max(differs) <= 0.5:
+            break
+        apart.append(left[int(np.argmax(differs))])
+    return apart
+
+
+def _over_others(day: _Day, own: _Answer, run: int, apart: Sequence[int]) -> tuple[_Mixture, float]:
+    """Return a run's friction over that of the others that are not ``apart``, and how probably it differs."""
+    others = day.run[[other for other in range(day.runs) if other != run and other not in apart]]
+    more = own.of(own.against(day.run[run], others))
+    return more, more.other(RUN * float(np.sqrt(1.0 + 1.0 / len(others))))
 
 
 class _Search:
@@ -372,28 +392,25 @@ class _Search:
         weights, posteriors = self._weights(state, run)
         return _Answer(np.exp(weights - logsumexp(weights)), posteriors)
 
-    def least_seen(self, state: _State) -> float:
-        """Return the least difference that is chosen nine times of ten, on the usual stretch of the usual run.
+    def least_seen(self, state: _State, run: int) -> float:
+        """Return the least difference on a run's usual stretch that is chosen nine times of ten, ``LARGEST`` at most.
 
         Part of a difference passes for scatter: without noise, one of size x lowers the evidence of a model without it
         by ½ x² told.
         """
-        seen = []
-        for run in range(self.day.runs):
-            weights, posteriors = self._weights(state, run)
-            told = np.array(
-                [
-                    np.median(self.day.gains(state.scattered(run, number), run, posterior)[1])
-                    for number, posterior in enumerate(posteriors)
-                ]
-            )
-            total = told + SIZE**-2
-            without = weights - 0.5 * _SIZES[:, None] ** 2 * told
-            there = without + 0.5 * (_SIZES[:, None] * told) ** 2 / total - 0.5 * np.log(total * SIZE**2)
-            odds = logsumexp(there, axis=1) - logsumexp(without, axis=1) + self._log_odds
-            usual = told[int(np.argmax(weights))]
-            seen.append(_first_above(odds) + _NINE_OF_TEN / np.sqrt(max(usual, SIZE**-2)))
-        return min(float(np.median(seen)), LARGEST)
+        weights, posteriors = self._weights(state, run)
+        told = np.array(
+            [
+                np.median(self.day.gains(state.scattered(run, number), run, posterior)[1])
+                for number, posterior in enumerate(posteriors)
+            ]
+        )
+        total = told + SIZE**-2
+        without = weights - 0.5 * _SIZES[:, None] ** 2 * told
+        there = without + 0.5 * (_SIZES[:, None] * told) ** 2 / total - 0.5 * np.log(total * SIZE**2)
+        odds = logsumexp(there, axis=1) - logsumexp(without, axis=1) + self._log_odds
+        usual = max(float(told[int(np.argmax(weights))]), SIZE**-2)
+        return min(_first_above(odds) + _NINE_OF_TEN / float(np.sqrt(usual)), LARGEST)
 
 
 def _first_above(log_odds: Array) -> float:
@@ -415,9 +432,9 @@ class _Answer:
         row[list(shares)] = list(shares.values())
         return row
 
-    def against(self, kind: NDArray[np.intp], one: int) -> Array:
-        """Return what one unknown of a kind is over the mean of the others."""
-        return self.row({place: -1.0 / (len(kind) - 1) for place in kind.tolist()} | {int(kind[one]): 1.0})
+    def against(self, one: int, others: NDArray[np.intp]) -> Array:
+        """Return what one unknown is over the mean of others."""
+        return self.row({int(one): 1.0} | dict.fromkeys(others.tolist(), -1.0 / len(others)))
 
     def of(self, combination: Array) -> _Mixture:
         """Return the distribution of a linear combination."""

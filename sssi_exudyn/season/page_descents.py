@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.section import Block, Grid, Heading, Items, Panel, Panels, Text
-from sssi_exudyn.season.joint_friction import LARGEST, JointFriction, Range
+from sssi_exudyn.season.joint_friction import LARGEST, JointFriction, Range, RunFriction
 
 _MOST: Final = 6
 """Maximum number of descents on the page; ``season.json`` has all of them."""
@@ -26,7 +26,7 @@ def sentences_of(descent: JointFriction) -> list[str]:
     """Return what differs between runs, and what is the place's, each in a sentence."""
     lines = []
     for run in descent.runs:
-        if run.differs >= NAMED:
+        if _is_named(descent, run):
             size = f"{run.run} had {_more(run.more)} than the other runs, on all stretches alike"
             lines.append(f"{size} (probability {run.differs:.0%}).")
     for difference in descent.differences:
@@ -42,14 +42,22 @@ def sentences_of(descent: JointFriction) -> list[str]:
     return lines
 
 
+def _is_named(descent: JointFriction, run: RunFriction) -> bool:
+    """Return whether a run is named; of two that differ it is the one with more friction."""
+    of_two = len(descent.runs) == 2 and run.differs >= NAMED and run.more.value > 0.0
+    return run.apart or of_two
+
+
 def bound_of(descent: JointFriction) -> str:
     """Return in a sentence which differences would not be noticed."""
-    least = max(run.seen for run in descent.runs)
+    least, on_stretch = (
+        max(ends) for ends in zip(*((run.seen, run.seen_on_stretch) for run in descent.runs), strict=True)
+    )
     whole = f"A run that differs by less than {least:.3f} on all stretches may not be noticed"
-    if descent.seen >= LARGEST:
-        return f"{whole}, and what differs on one stretch passes for the skier's scatter."
+    if on_stretch >= LARGEST:
+        return f"{whole}, and what differs on one stretch may pass for a skier's scatter."
     return (
-        f"{whole}, nor one that differs by less than {descent.seen:.2f} on one of them; of larger ones nine of ten are."
+        f"{whole}, nor one that differs by less than {on_stretch:.2f} on one of them; of larger ones nine of ten are."
     )
 
 
@@ -73,12 +81,12 @@ def together(descents: Sequence[JointFriction]) -> tuple[Block, ...]:
 
 def about_together(descents: Sequence[JointFriction]) -> str:
     """Return the section in a sentence."""
-    apart = sum(run.differs >= NAMED for descent in descents for run in descent.runs)
+    apart = sum(_is_named(descent, run) for descent in descents for run in descent.runs)
     alone = sum(difference.probability >= NAMED for descent in descents for difference in descent.differences)
     count = sum(len(descent.runs) for descent in descents)
     if not apart and not alone:
         return f"Of {count} runs none is known to differ from the others of its descent."
-    return f"Of {count} runs {apart} differ from the others of their descent all along, and {alone} on a stretch."
+    return f"Of {count} runs, {apart} had another friction than the others all along, and {alone} on a stretch."
 
 
 def _more(size: Range) -> str:
@@ -107,9 +115,10 @@ def _stretch_rows(descent: JointFriction) -> list[list[str]]:
 
 
 def _run_rows(descent: JointFriction) -> list[list[str]]:
-    rows = [["run", "friction over the others", "differs", "noticed from", "scatter from stretch to stretch"]]
+    rows = [["run", "friction over the others", "differs", "noticed from", "on one stretch from", "scatter"]]
     for run in descent.runs:
-        cells = [_between(run.more, "+.3f"), f"{run.differs:.0%}", f"{run.seen:.3f}", f"{run.scatter:.3f}"]
+        on_stretch = f"{run.seen_on_stretch:.2f}" if run.seen_on_stretch < LARGEST else ""
+        cells = [_between(run.more, "+.3f"), f"{run.differs:.0%}", f"{run.seen:.3f}", on_stretch, f"{run.scatter:.3f}"]
         rows.append([run.run, *cells])
     return rows
 
