@@ -177,11 +177,11 @@ def judge(score: Score, seed: tuple[int, ...], kind: Kind, runs: int) -> None:
     score.days += 1
     noticed = False
     whole = effect.size if kind == "a run" else 0.0
-    for run, told in enumerate(answer.runs):
+    for run, compared in enumerate(answer.runs):
         others = [other for other in range(runs) if other != run and not answer.runs[other].apart]
         truth = whole * ((run == effect.run) - float(np.mean([other == effect.run for other in others])))
-        score.hold(HELD[0], told.more, truth)
-        if told.differs >= SURE:
+        score.hold(HELD[0], compared.more, truth)
+        if compared.differs >= SURE:
             right = run == effect.run and kind == "a run"
             score.sure, score.sure_wrong = score.sure + 1, score.sure_wrong + (not right)
             noticed = noticed or right

@@ -231,10 +231,10 @@ class _Day:
         cells = slice(len(columns), None)
         across = block.matrix[kept, cells]
         known = posterior.covariance[np.ix_(rows, rows)]
-        told = np.diag(block.matrix)[cells] - np.einsum("ij,ij->j", across, known @ across)
+        precision = np.diag(block.matrix)[cells] - np.einsum("ij,ij->j", across, known @ across)
         pull = block.vector[cells] - across.T @ posterior.mean[rows]
-        total = np.maximum(told, 0.0) + SIZE**-2
-        return 0.5 * pull**2 / total - 0.5 * np.log(total * SIZE**2), np.maximum(told, 0.0)
+        total = np.maximum(precision, 0.0) + SIZE**-2
+        return 0.5 * pull**2 / total - 0.5 * np.log(total * SIZE**2), np.maximum(precision, 0.0)
 
 
 def _block(passage: Passage, level: float, scatter: float) -> _Block:
@@ -334,11 +334,11 @@ class _Search:
         self.day = day
         alike = [day.solve(_State((number,) * day.runs)).evidence for number in range(len(SCATTERS))]
         self._prior = np.zeros(len(SCATTERS))
-        each = self.scattered(_State((int(np.argmax(alike)),) * day.runs)).scatters
+        scatters = self.scattered(_State((int(np.argmax(alike)),) * day.runs)).scatters
         # of the usual run: a difference in one of them does not count for all
-        usual = float(np.median(np.log(SCATTERS)[list(each)]))
+        usual = float(np.median(np.log(SCATTERS)[list(scatters)]))
         self._prior = -0.5 * ((np.log(SCATTERS) - usual) / _UNLIKE) ** 2
-        self._begin = each
+        self._begin = scatters
         share = RARE / day.stretches
         self._log_odds = float(np.log(share / (1.0 - share)))
 
@@ -396,20 +396,20 @@ class _Search:
         """Return the least difference on a run's usual stretch that is chosen nine times of ten, ``LARGEST`` at most.
 
         Part of a difference passes for scatter: without noise, one of size x lowers the evidence of a model without it
-        by ½ x² told.
+        by ½ x² precision.
         """
         weights, posteriors = self._weights(state, run)
-        told = np.array(
+        precision = np.array(
             [
                 np.median(self.day.gains(state.scattered(run, number), run, posterior)[1])
                 for number, posterior in enumerate(posteriors)
             ]
         )
-        total = told + SIZE**-2
-        without = weights - 0.5 * _SIZES[:, None] ** 2 * told
-        there = without + 0.5 * (_SIZES[:, None] * told) ** 2 / total - 0.5 * np.log(total * SIZE**2)
+        total = precision + SIZE**-2
+        without = weights - 0.5 * _SIZES[:, None] ** 2 * precision
+        there = without + 0.5 * (_SIZES[:, None] * precision) ** 2 / total - 0.5 * np.log(total * SIZE**2)
         odds = logsumexp(there, axis=1) - logsumexp(without, axis=1) + self._log_odds
-        usual = max(float(told[int(np.argmax(weights))]), SIZE**-2)
+        usual = max(float(precision[int(np.argmax(weights))]), SIZE**-2)
         return min(_first_above(odds) + _NINE_OF_TEN / float(np.sqrt(usual)), LARGEST)
 
 

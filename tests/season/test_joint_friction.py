@@ -71,27 +71,27 @@ def test_intervals_hold_and_names_are_right_as_often_as_stated() -> None:
         patch = 0.0 if seed % 2 else float(rng.uniform(0.06, 0.14))
         runs = [0.0, 0.0, 0.0, size, 0.0]
         answer = compared(seed, {PATCH: patch}, runs)
-        for run, told in enumerate(answer.runs):
+        for run, against in enumerate(answer.runs):
             others = [
-                more for more, other in zip(runs, answer.runs, strict=True) if other is not told and not other.apart
+                more for more, other in zip(runs, answer.runs, strict=True) if other is not against and not other.apart
             ]
             truth = runs[run] - float(np.mean(others))
-            runs_held.add(holds=told.more.low <= truth <= told.more.high)
-            if told.differs > SURE:
+            runs_held.add(holds=against.more.low <= truth <= against.more.high)
+            if against.differs > SURE:
                 names.add(holds=run == 3 and size != 0.0)
         for number, stretch in enumerate(answer.stretches):
             truth = PLACE[number] - float(np.mean(np.delete(PLACE, number)))
             stretches_held.add(holds=stretch.apart.low <= truth <= stretch.apart.high)
-        found = {(NAMES.index(difference.run), difference.stretch): difference for difference in answer.differences}
-        for cell, difference in found.items():
+        named = {(NAMES.index(difference.run), difference.stretch): difference for difference in answer.differences}
+        for cell, difference in named.items():
             if difference.probability > SURE:
                 names.add(holds=cell == PATCH and patch > 0.0)
-        if PATCH in found and patch > 0.0:
-            sizes_held.add(holds=found[PATCH].size.low <= patch <= found[PATCH].size.high)
+        if PATCH in named and patch > 0.0:
+            sizes_held.add(holds=named[PATCH].size.low <= patch <= named[PATCH].size.high)
         if abs(size) > answer.runs[3].seen:
             runs_noticed.add(holds=answer.runs[3].differs > NAMED)
         if patch > answer.runs[PATCH[0]].seen_on_stretch:
-            patches_noticed.add(holds=PATCH in found)
+            patches_noticed.add(holds=PATCH in named)
     # the five runs and six stretches of a day share errors: they count as two of each, and three standard errors
     assert abs(runs_held.share - 0.9) < 3.0 * runs_held.error * np.sqrt(2.5)
     assert abs(stretches_held.share - 0.9) < 3.0 * stretches_held.error * np.sqrt(3.0)
