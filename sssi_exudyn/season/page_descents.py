@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.section import Block, Grid, Heading, Items, Panel, Panels, Text
@@ -35,10 +36,11 @@ def sentences_of(descent: JointFriction) -> list[str]:
             lines.append(f"{size} (probability {difference.probability:.0%}).")
     if not lines:
         lines.append("No run is known to differ from the others.")
-    for number, stretch in enumerate(descent.stretches):
-        if stretch.apart.low > 0.0 or stretch.apart.high < 0.0:
-            size = f"In all runs there was {_more(stretch.apart)} {_stretch(descent, number)}"
-            lines.append(f"{size} than on the other stretches: it is the place's.")
+    lines += [
+        f"In all runs there was {word} friction than on the other stretches {', '.join(places)}: it is the place's."
+        for word, places in (("more", _apart(descent, 1.0)), ("less", _apart(descent, -1.0)))
+        if places
+    ]
     return lines
 
 
@@ -87,6 +89,15 @@ def about_together(descents: Sequence[JointFriction]) -> str:
     if not apart and not alone:
         return f"Of {count} runs none is known to differ from the others of its descent."
     return f"Of {count} runs, {apart} had another friction than the others all along, and {alone} on a stretch."
+
+
+def _apart(descent: JointFriction, sign: float) -> list[str]:
+    """Return the stretches that have more friction than the others (less for a negative ``sign``), and how much."""
+    return [
+        f"{_stretch(descent, number)} ({stretch.apart.value:+.3f})"
+        for number, stretch in enumerate(descent.stretches)
+        if min(sign * stretch.apart.low, sign * stretch.apart.high) > 0.0
+    ]
 
 
 def _more(size: Range) -> str:
@@ -151,6 +162,7 @@ def _draw(at: np.ndarray, sizes: Sequence[Range], label: str, *, zero: bool = Fa
             axes.axhline(0.0, color=plots.INK, linewidth=0.6, linestyle=":")
         axes.vlines(at, low, high, color=plots.COLOURS[1], linewidth=1.2)
         axes.plot(at, value, "o", color=plots.COLOURS[1], markersize=4.0)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set(xlabel=label, ylabel="friction over the others" if zero else "effective friction")
 
     return draw

@@ -127,7 +127,7 @@ def test_sentences_name_the_run_the_stretch_and_what_would_not_be_seen() -> None
     assert "on all stretches alike (probability" in said
     assert "pocket_2026-01-10_00 alone had 0.1" in said
     assert "from 200 to 300 m (probability" in said
-    assert "than on the other stretches: it is the place's." in said
+    assert "In all runs there was more friction than on the other stretches from 100 to 200 m (+0.0" in said
     assert "may not be noticed" in bound_of(descent)
     assert about_together(descents) == (
         "Of 3 runs, 1 had another friction than the others all along, and 1 on a stretch."

@@ -33,9 +33,9 @@ def friction_of(runs: list[Descent]) -> list[Array]:
 
 
 def test_a_block_on_a_plane_has_its_friction_on_every_stretch() -> None:
-    for told, friction in zip(friction_of([slide(0.15, 0.0), slide(0.17, 12.0)]), (0.15, 0.17), strict=True):
+    for by_stretch, friction in zip(friction_of([slide(0.15, 0.0), slide(0.17, 12.0)]), (0.15, 0.17), strict=True):
         # speeds between fixes are straight lines here; v² is averaged over 5 s, which adds the same at both ends
-        assert told == pytest.approx(np.full(len(told), friction), abs=5e-4)
+        assert by_stretch == pytest.approx(np.full(len(by_stretch), friction), abs=5e-4)
 
 
 def test_swings_lengthen_the_way_and_not_the_line() -> None:
