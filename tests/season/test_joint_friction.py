@@ -61,7 +61,7 @@ class Count:
         return float(np.sqrt(0.09 / self.every))
 
 
-@pytest.mark.long(seconds=12)
+@pytest.mark.long(seconds=14)
 def test_intervals_hold_and_names_are_right_as_often_as_stated() -> None:
     runs_held, stretches_held, sizes_held = Count(), Count(), Count()
     runs_noticed, patches_noticed, names = Count(), Count(), Count()
