@@ -183,12 +183,11 @@ def path_data(recording: Recording, motion: Motion, model: Model, prepared: Prep
     inside = (gps.time >= motion.start) & (gps.time <= motion.stop)
     stated = float(np.median(gps.sigma))
     speed = np.linalg.norm(velocity_of(gps), axis=1)[inside]
-    most = _OF_PLACES if gps.speed is None else _SPEED[1]
-    height_sigma, wander = _height_noise(gps, stated)
+    height_sigma, wander = height_noise(gps, stated)
     return PathData(
         time=gps.time[inside],
         speed=speed,
-        speed_sigma=float(np.clip(_SPEED_SHARE * stated, _SPEED[0], most)),
+        speed_sigma=speed_noise(gps, stated),
         height_time=gps.time[inside],
         height=gps.enu[inside, 2],
         height_sigma=height_sigma,
@@ -207,7 +206,12 @@ def fixes_of(recording: Recording, data: PathData) -> Fixes:
     return Fixes(data.time, data.speed, data.speed_sigma, stated, noise, recording.completed.sigma.yaw)
 
 
-def _height_noise(gps: Gps, stated: float) -> tuple[float, ExponentialNoise]:
+def speed_noise(gps: Gps, stated: float) -> float:
+    """Return the error of a speed, m/s; ``stated`` is the receiver's error of a place, m."""
+    return float(np.clip(_SPEED_SHARE * stated, _SPEED[0], _OF_PLACES if gps.speed is None else _SPEED[1]))
+
+
+def height_noise(gps: Gps, stated: float) -> tuple[float, ExponentialNoise]:
     """Return the independent and the slow error of heights; ``stated`` is the receiver's error of a place, m."""
     if gps.barometric:
         return BAROMETER

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from sssi_exudyn.season.joint_friction import JointFriction
 from sssi_exudyn.season.page import PAGE
 from sssi_exudyn.season.season import Season
 from sssi_exudyn.season.table import read_season_table
@@ -41,6 +42,11 @@ class SeasonResult:
         Raises InputError where the table cannot be read.
         """
         return read_season_table(self.folder)
+
+    @property
+    def descents(self) -> tuple[JointFriction, ...]:
+        """Return what the runs of each descent show together, with 90 % intervals."""
+        return self.season.descents
 
     @property
     def page(self) -> Path:

@@ -270,7 +270,7 @@ def _write(made: Path, material: Material, answers: Answers) -> None:
         }
     if fixes is not None and sources.gps is not None:
         settings["gps"] = _gps_table(material, sources.gps, fixes, answers)
-        (made / GPS).write_text(_csv(fixes.columns), encoding="utf-8")
+        (made / GPS).write_text(csv_of_fixes(fixes.columns), encoding="utf-8")
     settings |= _write_forces(made, material, answers.mass_kg or 0.0)
     settings |= _copy_terrain(made, material, answers)
     (made / FILE).write_text(tomli_w.dumps(settings), encoding="utf-8")
@@ -433,7 +433,8 @@ def _without_none(table: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in table.items() if value is not None}
 
 
-def _csv(columns: dict[str, Array]) -> str:
+def csv_of_fixes(columns: dict[str, Array]) -> str:
+    """Return fixes as a file that ``fixes_csv`` reads; (n,) columns by name."""
     names = [name for name in (*REQUIRED, *OPTIONAL) if name in columns]
     row = ",".join(f"%.{_DIGITS.get(name, 4)}f" for name in names)
     values = np.column_stack([columns[name] for name in names])

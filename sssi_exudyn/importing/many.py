@@ -17,7 +17,7 @@ from sssi_exudyn.core.new_files import check_no_link
 from sssi_exudyn.core.text import csv_of, one_line
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.assemble import check_posture, sort_sources
-from sssi_exudyn.importing.days.day import DayPiece, holds_several_runs, import_day, import_run
+from sssi_exudyn.importing.days.day import DayPiece, holds_several_runs, import_day, import_run, run_name
 from sssi_exudyn.importing.days.run_files import RunFiles, find_run_files
 from sssi_exudyn.importing.sensors.app_exports import files_given
 from sssi_exudyn.io.writing import clear_errors, folder_lock, write_atomically
@@ -139,7 +139,7 @@ def _rows_of_day(run: RunFiles, pieces: Sequence[DayPiece]) -> list[ImportedRun]
         return [ImportedRun(run.name, "failed", error=problem, notes=_unused(run))]
     return [
         ImportedRun(
-            recording=f"{run.name}/{piece.recording or f'run_{piece.run:02d}'}",
+            recording=f"{run.name}/{piece.recording or run_name(number, len(runs))}",
             status=piece.status,
             duration_s=piece.duration_s,
             track_length_m=piece.length_m,
@@ -150,7 +150,7 @@ def _rows_of_day(run: RunFiles, pieces: Sequence[DayPiece]) -> list[ImportedRun]
             mean_mps=piece.mean_mps,
             top_mps=piece.top_mps,
         )
-        for piece in runs
+        for number, piece in enumerate(runs, 1)
     ]
 
 

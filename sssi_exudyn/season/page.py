@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Final
 from urllib.parse import quote
@@ -15,6 +15,8 @@ from sssi_exudyn.reports.html import document, tiles_html
 from sssi_exudyn.reports.section import Block, Grid, Heading, Items, Markup, Section, Text, Tile
 from sssi_exudyn.results.folder import REPORT
 from sssi_exudyn.results.summary import Provenance
+from sssi_exudyn.season.joint_friction import JointFriction
+from sssi_exudyn.season.page_descents import about_together, together
 from sssi_exudyn.season.page_figures import map_of_tracks, over_time, same_descents, technique_bars
 from sssi_exudyn.sweeps.records import DONE
 
@@ -39,13 +41,16 @@ _COMPARED: Final = (
 """Columns of a comparison, medians of runs."""
 
 
-def render_season(table: pd.DataFrame, tracks: Mapping[str, Array], origin: Provenance) -> str:
+def render_season(
+    table: pd.DataFrame, tracks: Mapping[str, Array], descents: Sequence[JointFriction], origin: Provenance
+) -> str:
     """Return the page as text.
 
     Parameters
     ----------
     table : the season's table (``season_table``)
     tracks : (n, 3) latitude and longitude (deg), altitude (m) by the run's name
+    descents : what the runs of each descent show together
     """
     seen = table[np.isfinite(table["duration_s"].to_numpy(dtype=float))]
     done = table[table["status"] == DONE]
@@ -55,6 +60,7 @@ def render_season(table: pd.DataFrame, tracks: Mapping[str, Array], origin: Prov
         Section("Runs over time", over_time(seen), _about_time(seen), opened=True),
         Section("What stands out", _outliers(table), _about_outliers(table), opened=True),
         Section("The same descent again", (*same_descents(done), *_compare(seen, "place")), _about_places(table)),
+        Section("The runs of a descent together", together(descents), about_together(descents), opened=True),
         Section("Technique", technique_bars(done), _about_technique(done)),
         *(
             Section(f"By {name}", _compare(seen, column), _about_groups(seen, column, name))

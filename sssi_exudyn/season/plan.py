@@ -20,6 +20,7 @@ from sssi_exudyn.recording.recording import FILE
 from sssi_exudyn.runtime.cache import fingerprint
 from sssi_exudyn.runtime.plugins import Plugin, origins_of
 from sssi_exudyn.runtime.provenance import versions
+from sssi_exudyn.season.listed import listed_tracks
 from sssi_exudyn.sweeps.plan import SweepRun, TermValues
 
 _MOST: Final = 5_000
@@ -133,10 +134,11 @@ class SeasonPlan:
 def plan_season(folder: Path, out: Path, options: Options, terms: Sequence[Term]) -> SeasonPlan:
     """Plan the season of all recordings below ``folder`` but in ``out``.
 
-    Raises InputError where there is no recording, for more runs than any season has, and for files that cannot be read.
+    Raises InputError where there is neither a recording nor the track of a listed run, for more runs than any season
+    has, and for files that cannot be read.
     """
     folders = list(find_recordings(folder, out))
-    if not folders:
+    if not folders and next(listed_tracks(folder), None) is None:
         raise InputError(folder, "", f"no folder in it holds a {FILE}", "make recordings with sssi import")
     plugins = origins_of(type(term) for term in terms)
     known = versions()

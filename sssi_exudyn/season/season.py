@@ -16,6 +16,7 @@ from typing import Any, Final
 from sssi_exudyn.contact.registry import term_named
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import InputError, SssiError
+from sssi_exudyn.io.files import sha256
 from sssi_exudyn.io.typed import convert, read_json
 from sssi_exudyn.io.writing import folder_lock, to_json, write_atomically
 from sssi_exudyn.plugins import use_plugins
@@ -26,9 +27,12 @@ from sssi_exudyn.runtime.plugins import require
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance, versions
 from sssi_exudyn.runtime.threads import cores_used
-from sssi_exudyn.season.descent import descent_figures, track_of
+from sssi_exudyn.season.descent import descent_figures, points_of, track_of
+from sssi_exudyn.season.joint_friction import JointFriction
+from sssi_exudyn.season.listed import listed_tracks
 from sssi_exudyn.season.page import PAGE, render_season
 from sssi_exudyn.season.plan import Options, SeasonJob, SeasonPlan, plan_season
+from sssi_exudyn.season.shared_descents import compare_descents
 from sssi_exudyn.season.table import season_table, write_tables
 from sssi_exudyn.sweeps.outputs import Figures
 from sssi_exudyn.sweeps.plan import SweepRun
@@ -52,11 +56,13 @@ class Season:
     """``season.json``: the runs by status, hashes of the recordings, versions and settings.
 
     runs : by how they ended, those that are left under "left"
+    descents : what the runs of each descent show together
     """
 
     format: int
     runs: dict[str, int]
     provenance: Provenance
+    descents: tuple[JointFriction, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -148,11 +154,15 @@ def _runs_left(out: Path, plan: SeasonPlan) -> list[SweepRun]:
 def _write(folder: Path, out: Path, plan: SeasonPlan) -> Season:
     """Write table, page and ``season.json``, and return the last."""
     records, _ = last_records(out)
-    origin = provenance(dict(zip(plan.job.names, plan.digests, strict=True)), plan.job.options.settings, seed=0)
+    listed = {f"{name}.csv": sha256(path) for name, path in listed_tracks(folder)}
+    inputs = dict(zip(plan.job.names, plan.digests, strict=True)) | listed
+    origin = provenance(inputs, plan.job.options.settings, seed=0)
     table, tracks = season_table(folder, out, plan, records)
     write_tables(out, table, origin)
     season = convert({"format": 1, "runs": _count(plan, records), "provenance": origin}, Season)
-    write_atomically(out / PAGE, render_season(table, tracks, season.provenance))
+    season = replace(season, descents=compare_descents(table, tracks))
+    points = {name: points_of(track) for name, track in tracks.items()}
+    write_atomically(out / PAGE, render_season(table, points, season.descents, season.provenance))
     write_atomically(out / ORIGIN, to_json(season))
     return season
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 from collections.abc import Mapping
@@ -16,43 +15,31 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.new_files import open_new, unfinished
 from sssi_exudyn.core.text import csv_cell, one_line
-from sssi_exudyn.importing.many import TABLE as IMPORTED
-from sssi_exudyn.importing.many import ImportedRun
-from sssi_exudyn.io.files import read_text
 from sssi_exudyn.io.parquet import read_parquet
 from sssi_exudyn.io.writing import clear_errors, to_plain, write_atomically
 from sssi_exudyn.results.data_dictionary import SEASON as TABLE
 from sssi_exudyn.results.data_dictionary import season_columns
+from sssi_exudyn.season.descent import TRACK, points_of
 from sssi_exudyn.season.figures import result_figures
+from sssi_exudyn.season.listed import LONGEST, read_listed_tracks, rows_without_recording
 from sssi_exudyn.season.outliers import add_outliers
 from sssi_exudyn.season.places import local, places_of
 from sssi_exudyn.season.plan import SeasonPlan
 from sssi_exudyn.sweeps.records import DONE, Record, series_path
 
 CSV: Final = "season.csv"
-_LONGEST: Final = 300
-"""Maximum number of characters of the reason why a run has no result."""
-_WITHOUT: Final = ("listed", "failed", "not read")
-"""Outcomes of an import that leave no recording."""
-_FROM_IMPORT: Final = {
-    "duration_s": "duration_s", "length_m": "track_length_m", "vertical_m": "vertical_m",
-    "mean_speed_mps": "mean_mps", "top_speed_mps": "top_mps",
-}  # fmt: skip
-"""Columns of a run without a recording, and their names in the import's table."""
 
 
 def season_table(
     folder: Path, out: Path, plan: SeasonPlan, records: Mapping[str, Record]
-) -> tuple[pd.DataFrame, dict[str, Array]]:
+) -> tuple[pd.DataFrame, dict[str, pd.DataFrame]]:
     """Return the table of all runs that have ended and all that the import left without one, and tracks by run.
 
-    A track is (n, 3): latitude and longitude (deg), altitude (m).  Rows are in the order of time, those without a date
-    last.
+    A track has the columns ``TRACK``.  Rows are in the order of time, those without a date last.
     """
-    rows, tracks = [], dict[str, Array]()
+    rows, tracks = [], dict[str, pd.DataFrame]()
     for index, (key, name) in enumerate(zip(plan.keys, plan.job.names, strict=True)):
         record = records.get(key)
         if record is None:
@@ -61,7 +48,8 @@ def season_table(
         track = _track(out, key)
         if track is not None:
             tracks[name] = track
-    rows += _not_imported(folder)
+    rows += rows_without_recording(folder)
+    tracks |= read_listed_tracks(folder)
     names = [column.name for column in season_columns()]
     numbers = {column.name: "float64" for column in season_columns() if column.unit}
     for row in rows:
@@ -71,7 +59,7 @@ def season_table(
     table = table.assign(undated=undated).sort_values(["undated", "began_utc", "run"], kind="stable")
     table = table.drop(columns="undated").reset_index(drop=True)
     known = [name for name in table["run"] if name in tracks]
-    places = dict(zip(known, places_of(local([tracks[name][:, :2] for name in known])), strict=True))
+    places = dict(zip(known, places_of(local([points_of(tracks[name])[:, :2] for name in known])), strict=True))
     table["place"] = [places.get(name, "") for name in table["run"]]
     return add_outliers(table), tracks
 
@@ -133,50 +121,17 @@ def _row(out: Path, plan: SeasonPlan, index: int, record: Record) -> dict[str, A
         "air_temperature_C": stated.air_temperature_C,
         "snow_temperature_C": stated.snow_temperature_C,
         "status": status,
-        "error": one_line(error, _LONGEST),
+        "error": one_line(error, LONGEST),
         **figures,
         "key": record.key,
         "recording_sha256": plan.digests[index],
     }
 
 
-def _track(out: Path, key: str) -> Array | None:
+def _track(out: Path, key: str) -> pd.DataFrame | None:
     """Return the track of a run as it was kept; None where it has none."""
-    path = series_path(out, key)
-    columns = ("latitude_deg", "longitude_deg", "altitude_m")
     try:
-        track = read_parquet(path, columns)[list(columns)].to_numpy(dtype=float)
+        track = read_parquet(series_path(out, key), TRACK)[list(TRACK)]
     except InputError:
         return None
-    return track if len(track) > 1 and bool(np.all(np.isfinite(track))) else None
-
-
-def _not_imported(folder: Path) -> list[dict[str, Any]]:
-    """Return rows of what the import of the recordings' folder left without a recording."""
-    path = folder / IMPORTED
-    if not path.is_file():
-        return []
-    try:
-        entries = list(csv.DictReader(read_text(path).splitlines()))
-    except (InputError, csv.Error):  # of another program
-        return []
-    if not entries or not set(ImportedRun.__dataclass_fields__) <= set(entries[0]):
-        return []
-    rows = []
-    for entry in entries:
-        if entry["status"] in _WITHOUT:
-            figures = {name: _number(entry[column]) for name, column in _FROM_IMPORT.items()}
-            began = one_line(entry["start_utc"])
-            rows.append(
-                {"run": one_line(entry["recording"]), "status": entry["status"]}
-                | {"error": one_line(entry["error"], _LONGEST), "began_utc": began, "day": began[:10], **figures}
-            )
-    return rows
-
-
-def _number(text: str) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
+    return track if len(track) > 1 and bool(np.all(np.isfinite(track.to_numpy(dtype=float)))) else None

@@ -81,6 +81,7 @@ def sweep_lines(counts: Mapping[str, object], folder: Path) -> list[str]:
 def season_lines(season: Season, folder: Path) -> list[str]:
     """Return how many runs have a result, what stands out, and the page's path."""
     from sssi_exudyn.season.page import PAGE
+    from sssi_exudyn.season.page_descents import sentences_of
     from sssi_exudyn.season.table import CSV, read_season_table
 
     table = read_season_table(folder)
@@ -93,6 +94,9 @@ def season_lines(season: Season, folder: Path) -> list[str]:
     lines += [
         f"stands out: {row.run}: {row.stands_out}" for row in table[table["stands_out"] != ""].head(3).itertuples()
     ]
+    for descent in season.descents[:3]:
+        about = f"descent {descent.place}, {len(descent.runs)} runs together"
+        lines += [f"{about}: {sentence}" for sentence in sentences_of(descent)[:3]]
     return [*lines, f"table: {folder / CSV}", f"page: {folder / PAGE}"]
 
 

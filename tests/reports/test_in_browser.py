@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from a_season import ORIGIN, a_season
+from a_season import ORIGIN, a_season, compared_descents
 from a_sweep import swept
 from a_whole_run import a_run_of_few_sensors, a_whole_run
 from browser import browser, shown
@@ -149,7 +149,7 @@ def pages() -> dict[str, str]:
         "two runs": render([whole, other]),
         "sweep": a_page_of_a_sweep(),
         "day": a_page_of_a_day(),
-        "season": render_season(*a_season(), ORIGIN),
+        "season": render_season(*a_season(), compared_descents(), ORIGIN),
         "skis": a_page_of_skis(),
         "bench": a_page_of_a_bench(),
         "awkward plots": a_page_of_awkward_plots(),

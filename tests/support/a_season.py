@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+from passages import draw_passages
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.results.data_dictionary import season_columns
 from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.season.figures import TECHNIQUES
+from sssi_exudyn.season.joint_friction import JointFriction, compare_runs
 from sssi_exudyn.season.outliers import add_outliers
 
 DAYS = ("2026-01-10", "2026-01-11", "2026-02-20")
@@ -20,6 +22,15 @@ ORIGIN = replace(
     versions={"sssi_exudyn": "0.1.0", "exudyn": "1.13.6"},
     settings={"seconds": [None, 12.5]},
 )
+
+
+def compared_descents() -> tuple[JointFriction, ...]:
+    """Return a descent of three runs with long names, of which one differs and one has a patch of slow snow."""
+    place = np.array([0.08, 0.15, 0.10, 0.12, 0.07, 0.11])
+    rng = np.random.default_rng(3)
+    passages = draw_passages(rng, place, [0.0, 0.06, 0.0], {(0, 2): 0.15}, [0.003] * 3)
+    names = [f"{DAYS[0]}/telephone_in_a_pocket_{DAYS[0]}_{number:02d}" for number in range(3)]
+    return (replace(compare_runs("A", names, *passages), left_out=("saturday/run_07",)),)
 
 
 def a_season(count: int = 18) -> tuple[pd.DataFrame, dict[str, Array]]:

@@ -22,6 +22,7 @@ from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.assemble import (
     Material,
     check_posture,
+    csv_of_fixes,
     import_material,
     offset_of_fixes,
     read_material,
@@ -160,8 +161,9 @@ def import_run(files: Sequence[Path], out: Path, answers: Answers, number: int |
 def import_day(files: Sequence[Path], out: Path, answers: Answers, stage: Stage | None = None) -> list[DayPiece]:
     """Make a recording ``run_01``, ``run_02`` … in ``out`` of every descent of a track, and the table ``runs.csv``.
 
-    Returns its rows.  Without a sensor that shows the skier's posture the runs are listed only.  A run that cannot be
-    imported does not stop the others; recordings that exist already stay as they are.
+    Returns its rows.  Without a sensor that shows the skier's posture the runs are listed only, and their fixes kept as
+    ``run_01.csv``, ``run_02.csv`` …  A run that cannot be imported does not stop the others; recordings that exist
+    already stay as they are.
 
     Raises InputError where no file holds fixes, there is a motion capture, or files cannot be read.
     """
@@ -181,12 +183,20 @@ def import_day(files: Sequence[Path], out: Path, answers: Answers, stage: Stage 
             if piece.kind == "run":
                 count += 1
                 recording, status, why = _import_one(material, track, count, offset, out, answers)
+                if status == "listed":
+                    kept = {name: column[piece.first : piece.last + 1] for name, column in track.fixes.columns.items()}
+                    write_atomically(out / f"{run_name(count, len(track.runs))}.csv", csv_of_fixes(kept))
                 if stage is not None:
                     stage.advance(count / len(track.runs), f"{count} of {len(track.runs)} runs")
             number = count if piece.kind == "run" else None
             rows.append(_row(track, piece, number, digest, recording, status, why))
         write_atomically(out / TABLE, csv_of(rows, DayPiece))
     return rows
+
+
+def run_name(number: int, count: int) -> str:
+    """Return the name of a run of a day, from 1, that has ``count`` of them."""
+    return f"run_{number:0{max(2, len(str(count)))}d}"
 
 
 def _digest(path: Path) -> str:
@@ -202,7 +212,7 @@ def _import_one(
     material: Material, track: _Track, number: int, offset: float, out: Path, answers: Answers
 ) -> tuple[str, str, str]:
     """Import a run of a day; return its folder's name, how it went, and why it has none."""
-    name = f"run_{number:0{max(2, len(str(len(track.runs))))}d}"
+    name = run_name(number, len(track.runs))
     if (out / name / FILE).exists():
         return name, "there already", ""
     if not any(log.place in IMU_PLACES for log in material.logs):
