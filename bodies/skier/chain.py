@@ -104,7 +104,7 @@ HANDS: Final[tuple[int, int]] = (SEGMENT["hand_l"], SEGMENT["hand_r"])
 """Segments that hold the poles: left, right."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # hashed by its identity: what follows from it is computed once
 class Geometry:
     """Lengths of one skier's chain, metres, all in segment frames at anatomical zero.
 
@@ -187,7 +187,7 @@ class Rates:
     acceleration: Array
 
 
-def _rotate(rotation: Array, axis: Axis, angle: Array) -> Array:
+def rotate_about_own(rotation: Array, axis: Axis, angle: Array) -> Array:
     """Turn ``rotation`` (…, 3, 3) by ``angle`` (…) about ``axis``, one of its own three or against it: the two others
     turn in their plane.
     """
@@ -209,7 +209,7 @@ def joint_rotation(joint: Joint, angles: Array) -> Array:
     """Return the joint's rotation (…, 3, 3), segment frame → joint frame, for its own angles (…, k) in joint order."""
     rotation = np.broadcast_to(np.eye(3), (*angles.shape[:-1], 3, 3))
     for column, (_, axis) in enumerate(joint.rotations):
-        rotation = _rotate(rotation, axis, angles[..., column])
+        rotation = rotate_about_own(rotation, axis, angles[..., column])
     return rotation
 
 
@@ -246,7 +246,7 @@ def forward_kinematics(geometry: Geometry, q: Array, inclination: float, segment
         for name, axis in JOINTS[i].rotations:
             along = _along(axis)
             axes[..., COORDINATE[name], :] = axis[along] * current[..., along]
-            current = _rotate(current, axis, q[..., COORDINATE[name]])
+            current = rotate_about_own(current, axis, q[..., COORDINATE[name]])
         rotation[..., i, :, :] = current
     return Poses(rotation, origin, axes)
 
