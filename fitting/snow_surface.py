@@ -247,7 +247,7 @@ def snow_heights(gps: Gps, motion: Motion, model: Model) -> Heights:
     inside = (gps.time >= motion.start) & (gps.time <= motion.stop)
     time = gps.time[inside]
     parts = Parts(model, correct_motion(model, motion))
-    posture = parts.posture(time)
+    posture = parts.movement(time)
     antenna = gps.enu[inside] @ slope_to_enu(model.inclination, model.fall_line_azimuth)
     edges = antenna[:, None] - antenna_offset(parts.motion, time)[0][:, None] + posture.foot_place
     edges[..., 2] -= _edge_below_middle(parts, posture.foot_rotation)

@@ -2,6 +2,7 @@
 
 from typing import NoReturn
 
+from sssi_exudyn.runtime.garbage import collect_seldom
 from sssi_exudyn.runtime.interrupts import end_on_interrupt
 from sssi_exudyn.runtime.threads import use_one_thread_for_products
 
@@ -9,6 +10,7 @@ from sssi_exudyn.runtime.threads import use_one_thread_for_products
 def start() -> NoReturn:
     """Run ``sssi`` and end the process with its exit status."""
     use_one_thread_for_products()
+    collect_seldom()
     with end_on_interrupt():
         from sssi_exudyn.cli import main
     main()

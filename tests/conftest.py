@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import subprocess
 import sys
@@ -63,6 +64,17 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         own = float(mark.kwargs.get("seconds", 3.0)) if mark else 0.0
         seconds[item.path] = max(seconds.get(item.path, 0.0), own)
     items.sort(key=lambda item: seconds[item.path], reverse=True)
+
+
+def pytest_collection_finish() -> None:
+    """Have the garbage collector leave out what lives until the end, and look as seldom as in the program's processes:
+    it took an eighth of the computing of tests that draw plots or read sources.
+    """
+    from sssi_exudyn.runtime.garbage import collect_seldom  # here: as below
+
+    collect_seldom()
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ _SHOVEL_POINTS: Final = 0.4
 """Share of the contact points that lie there on a ski that cuts."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # hashed by its identity: what follows from it is computed once
 class BeamMesh:
     """n elements between n + 1 nodes from tail to tip, and m contact points on each edge."""
 

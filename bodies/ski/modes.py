@@ -8,6 +8,7 @@ shovel: a raised shovel slows twisting by several per cent.  Coordinates at a no
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -47,10 +48,11 @@ class ModalSki:
     """(6, 6) mass matrix of the ski that moves as one with the held node: kg, kg m, kg m²"""
 
 
-def modal_ski(mesh: BeamMesh, modes: int = 12, give: Array | None = None) -> ModalSki:
+@lru_cache(maxsize=16)  # as ``mesh``: an estimate asks for those of one ski again and again
+def modal_ski(mesh: BeamMesh, modes: int = 12, give: tuple[float, float] | None = None) -> ModalSki:
     """Compute the ``modes`` slowest vibrations: bending up and down, sideways, and twisting.
 
-    give : (2,) N/m, N m/rad of the springs that hold the boot centre up and in pitch; None where it is held fast.
+    give : N/m, N m/rad of the springs that hold the boot centre up and in pitch; None where it is held fast.
         ``damping_ratio`` treats the springs as the ski's material: it gives a spring k a damper ``damping_time``·k.
 
     Raises ValueError when the mesh has fewer.
@@ -59,7 +61,7 @@ def modal_ski(mesh: BeamMesh, modes: int = 12, give: Array | None = None) -> Mod
     free = _free(mesh)
     if give is not None:
         springs = 6 * mesh.clamped + np.array(_GIVING)
-        stiffness[springs, springs] += give
+        stiffness[springs, springs] += np.array(give)
         free = np.sort(np.concatenate([free, springs]))
     if not 0 < modes <= len(free):
         raise ValueError(f"the mesh has {len(free)} modes")
@@ -81,6 +83,7 @@ def modal_ski(mesh: BeamMesh, modes: int = 12, give: Array | None = None) -> Mod
     )
 
 
+@lru_cache(maxsize=16)
 def damping_time(mesh: BeamMesh) -> float:
     """Return the time constant τ (s) of viscous damping in proportion to stiffness, D = τK, so that ζ = τω/2.
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -76,6 +76,7 @@ class Footwear:
     )
 
 
+@lru_cache(maxsize=16)  # an estimate asks for that of one skier a hundred times
 def body_inertia(
     geometry: Geometry,
     skier_mass: float,

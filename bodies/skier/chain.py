@@ -98,11 +98,13 @@ PARENT: Final[tuple[int, ...]] = tuple(-1 if joint.parent is None else SEGMENT[j
 """Index of each segment's parent; -1 for the pelvis."""
 FEET: Final[tuple[int, int]] = (SEGMENT["calcn_l"], SEGMENT["calcn_r"])
 """Segments that carry the skis: left, right."""
+WHOLE: Final[tuple[int, ...]] = tuple(range(len(SEGMENTS)))
+"""All segments, parents before children."""
 HANDS: Final[tuple[int, int]] = (SEGMENT["hand_l"], SEGMENT["hand_r"])
 """Segments that hold the poles: left, right."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # hashed by its identity: what follows from it is computed once
 class Geometry:
     """Lengths of one skier's chain, metres, all in segment frames at anatomical zero.
 
@@ -185,39 +187,55 @@ class Rates:
     acceleration: Array
 
 
-def _cross_matrix(axis: Axis) -> Array:
-    x, y, z = axis
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+def rotate_about_own(rotation: Array, axis: Axis, angle: Array) -> Array:
+    """Turn ``rotation`` (…, 3, 3) by ``angle`` (…) about ``axis``, one of its own three or against it: the two others
+    turn in their plane.
+    """
+    i = _along(axis)
+    first, second = rotation[..., i - 2], rotation[..., i - 1]
+    sine, cosine = axis[i] * np.sin(angle)[..., None], np.cos(angle)[..., None]
+    turned = np.array(rotation)
+    turned[..., i - 2] = cosine * first + sine * second
+    turned[..., i - 1] = cosine * second - sine * first
+    return turned
 
 
-def _rotate(rotation: Array, axis: Axis, angle: Array) -> Array:
-    """Turn ``rotation`` (…, 3, 3) by ``angle`` (…) about its own ``axis`` (Rodrigues)."""
-    k = _cross_matrix(axis)
-    turn = np.eye(3) + np.sin(angle)[..., None, None] * k + (1.0 - np.cos(angle))[..., None, None] * (k @ k)
-    return np.asarray(rotation @ turn)
+def _along(axis: Axis) -> int:
+    """Return the index of the frame's axis that ``axis`` points along or against."""
+    return [abs(component) for component in axis].index(1.0)
 
 
 def joint_rotation(joint: Joint, angles: Array) -> Array:
     """Return the joint's rotation (…, 3, 3), segment frame → joint frame, for its own angles (…, k) in joint order."""
     rotation = np.broadcast_to(np.eye(3), (*angles.shape[:-1], 3, 3))
     for column, (_, axis) in enumerate(joint.rotations):
-        rotation = _rotate(rotation, axis, angles[..., column])
+        rotation = rotate_about_own(rotation, axis, angles[..., column])
     return rotation
 
 
-def forward_kinematics(geometry: Geometry, q: Array, inclination: float) -> Poses:
-    """Compute all segments' poses in the slope frame for coordinates q (…, 31) on a slope of ``inclination`` (rad).
+def path_to(segment: int) -> tuple[int, ...]:
+    """Return the segments from the pelvis to ``segment``, both included."""
+    path = [segment]
+    while PARENT[path[-1]] >= 0:
+        path.append(PARENT[path[-1]])
+    return tuple(reversed(path))
+
+
+def forward_kinematics(geometry: Geometry, q: Array, inclination: float, segments: Sequence[int] = WHOLE) -> Poses:
+    """Compute the segments' poses in the slope frame for coordinates q (…, 31) on a slope of ``inclination`` (rad).
+
+    Of all segments, or of those in ``segments``, parents before children; the others are NaN then.
 
     The pelvis angles count from the level frame (x along the fall line's azimuth, z against gravity); the slope frame
     is inclined against it, so a constant rotation stands first.
     """
     shape = q.shape[:-1]
-    rotation = np.empty((*shape, len(SEGMENTS), 3, 3))
-    origin = np.empty((*shape, len(SEGMENTS), 3))
-    axes = np.empty((*shape, len(COORDINATES), 3))
+    rotation = np.full((*shape, len(SEGMENTS), 3, 3), np.nan)
+    origin = np.full((*shape, len(SEGMENTS), 3), np.nan)
+    axes = np.full((*shape, len(COORDINATES), 3), np.nan)
     axes[..., :3, :] = np.eye(3)
     slope_from_level = slope_to_level(inclination).T
-    for i, joint in enumerate(JOINTS):
+    for i in segments:
         if PARENT[i] < 0:
             current = np.broadcast_to(slope_from_level, (*shape, 3, 3))
             origin[..., i, :] = q[..., :3]
@@ -225,21 +243,23 @@ def forward_kinematics(geometry: Geometry, q: Array, inclination: float) -> Pose
             parent = rotation[..., PARENT[i], :, :]
             origin[..., i, :] = origin[..., PARENT[i], :] + parent @ geometry.joint_in_parent[i]
             current = parent @ geometry.attitude_in_parent[i]
-        for name, axis in joint.rotations:
-            axes[..., COORDINATE[name], :] = current @ np.array(axis)
-            current = _rotate(current, axis, q[..., COORDINATE[name]])
+        for name, axis in JOINTS[i].rotations:
+            along = _along(axis)
+            axes[..., COORDINATE[name], :] = axis[along] * current[..., along]
+            current = rotate_about_own(current, axis, q[..., COORDINATE[name]])
         rotation[..., i, :, :] = current
     return Poses(rotation, origin, axes)
 
 
-def rates(poses: Poses, qd: Array, qdd: Array) -> Rates:
-    """Compute the segments' velocities and accelerations for coordinate rates qd, qdd (…, 31), exactly and recursively.
+def rates(poses: Poses, qd: Array, qdd: Array, segments: Sequence[int] = WHOLE) -> Rates:
+    """Compute the velocities and accelerations of the segments for coordinate rates qd, qdd (…, 31), exactly and
+    recursively; ``segments`` are those that ``poses`` has.
 
     About each axis e of a joint in turn: ω ← ω + e q̇, α ← α + e q̈ + ω × e q̇; along a segment from its joint to the
     next, by r: v ← v + ω × r, a ← a + α × r + ω × (ω × r).
     """
-    omega, velocity, alpha, acceleration = (np.empty_like(poses.origin) for _ in range(4))
-    for i, joint in enumerate(JOINTS):
+    omega, velocity, alpha, acceleration = (np.full_like(poses.origin, np.nan) for _ in range(4))
+    for i in segments:
         p = PARENT[i]
         if p < 0:
             w = a = np.zeros((*qd.shape[:-1], 3))
@@ -250,7 +270,7 @@ def rates(poses: Poses, qd: Array, qdd: Array) -> Rates:
             swing = cross(w, r)
             velocity[..., i, :] = velocity[..., p, :] + swing
             acceleration[..., i, :] = acceleration[..., p, :] + cross(a, r) + cross(w, swing)
-        for name, _ in joint.rotations:
+        for name, _ in JOINTS[i].rotations:
             c = COORDINATE[name]
             spin = poses.axes[..., c, :] * qd[..., c, None]
             a = a + poses.axes[..., c, :] * qdd[..., c, None] + cross(w, spin)

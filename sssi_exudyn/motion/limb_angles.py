@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bodies.skier.chain import Axis, Joint, joint_rotation
+from sssi_exudyn.bodies.skier.chain import Axis, Joint, joint_rotation, rotate_about_own
 from sssi_exudyn.core.frames import Array
 
 _ITERATIONS: Final = 50
@@ -74,9 +74,8 @@ class Limb:
             place = place + current @ offset
             current = current @ attitude
             for column, (_, axis) in enumerate(joint.rotations):
-                before = Joint(joint.segment, joint.parent, joint.rotations[:column])
-                axes.append(current @ joint_rotation(before, part[:, :column]) @ np.array(axis))
-            current = current @ joint_rotation(joint, part)
+                axes.append(current @ np.array(axis))
+                current = rotate_about_own(current, axis, part[:, column])
             rotation.append(current)
             origin.append(place)
         return LimbPose(np.stack(rotation, axis=1), np.stack(origin, axis=1), np.stack(axes, axis=1))
@@ -103,13 +102,23 @@ def unwrap_angles(angles: Array) -> Array:
 
     (a, b, c) and (a + π, π − b, c + π) are the same rotation, as are angles that differ by whole turns.
     """
-    out = angles.copy()
     other = np.stack([angles[:, 0] + np.pi, np.pi - angles[:, 1], angles[:, 2] + np.pi], axis=-1)
-    for frame in range(1, len(angles)):
-        before = out[frame - 1]
-        near = [x - 2.0 * np.pi * np.round((x - before) / (2.0 * np.pi)) for x in (angles[frame], other[frame])]
-        out[frame] = min(near, key=lambda x: float(np.sum((x - before) ** 2)))
+
+    def distance(step: Array) -> Array:
+        """Return squares of the least differences that are ``step`` (n, 3) but for whole turns."""
+        return np.asarray(np.sum((step - _whole_turns(step)) ** 2, axis=-1))
+
+    # from either triple of the frame before, the way to the like triple is as far, and that to the other one
+    changes = distance(other[1:] - angles[:-1]) < distance(angles[1:] - angles[:-1])
+    is_other = np.concatenate([[False], np.cumsum(changes) % 2 == 1])
+    out = np.where(is_other[:, None], other, angles)
+    out[1:] -= np.cumsum(_whole_turns(np.diff(out, axis=0)), axis=0)
     return out
+
+
+def _whole_turns(angles: Array) -> Array:
+    """Return the whole turns (rad) that are nearest to angles."""
+    return np.asarray(2.0 * np.pi * np.round(angles / (2.0 * np.pi)))
 
 
 def ball_joint_angles(joint: Joint, rotation: Array) -> Array:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-from sssi_exudyn.bodies.skier.chain import PRESCRIBED, Geometry, Poses, Rates, forward_kinematics, rates
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED, WHOLE, Geometry, Poses, Rates, forward_kinematics, path_to, rates
 from sssi_exudyn.core.frames import Array, cross
 from sssi_exudyn.recording.few_sensors.complete import FootSigma
 
@@ -87,15 +87,15 @@ def spline_motion(geometry: Geometry, inclination: float, time: Array, angles: A
     return Motion(geometry, inclination, spline.t, spline.c, None, (), float(time[0]), float(time[-1]))
 
 
-def relative_poses(motion: Motion, time: Array) -> tuple[Poses, Rates]:
-    """Return poses and rates of all segments in the slope frame at ``time`` (…).
+def relative_poses(motion: Motion, time: Array, segments: Sequence[int] = WHOLE) -> tuple[Poses, Rates]:
+    """Return poses and rates of the segments in the slope frame at ``time`` (…), as ``forward_kinematics`` takes them.
 
     The pelvis' origin is held at zero.
     """
     free = np.zeros((*np.shape(time), 3))
     q, qd, qdd = (np.concatenate([free, part], axis=-1) for part in motion.evaluate(time))
-    poses = forward_kinematics(motion.geometry, q, motion.inclination)
-    return poses, rates(poses, qd, qdd)
+    poses = forward_kinematics(motion.geometry, q, motion.inclination, segments)
+    return poses, rates(poses, qd, qdd, segments)
 
 
 def antenna_offset(motion: Motion, time: Array) -> tuple[Array, Array]:
@@ -105,23 +105,23 @@ def antenna_offset(motion: Motion, time: Array) -> tuple[Array, Array]:
 
     Raises ValueError when the motion has no antenna.
     """
-    if motion.antenna is None:
-        raise ValueError("this motion has no GPS antenna")
-    poses, moving = relative_poses(motion, time)
-    at = motion.antenna.segment
-    arm = poses.rotation[..., at, :, :] @ motion.antenna.offset
-    return poses.origin[..., at, :] + arm, moving.velocity[..., at, :] + cross(moving.angular_velocity[..., at, :], arm)
+    place, velocity, _, _ = antenna_movement(motion, time)
+    return place, velocity
 
 
-def antenna_carrier(motion: Motion, time: Array) -> tuple[Array, Array]:
-    """Return rotation (…, 3, 3) to the slope frame and spin (…, 3) rad/s of the segment that carries the antenna.
+def antenna_movement(motion: Motion, time: Array) -> tuple[Array, Array, Array, Array]:
+    """Return the same place and velocity, and of the segment that carries the antenna rotation (…, 3, 3) to the slope
+    frame and spin (…, 3) rad/s.
 
     Raises ValueError when the motion has no antenna.
     """
     if motion.antenna is None:
         raise ValueError("this motion has no GPS antenna")
-    poses, moving = relative_poses(motion, time)
-    return poses.rotation[..., motion.antenna.segment, :, :], moving.angular_velocity[..., motion.antenna.segment, :]
+    at = motion.antenna.segment
+    poses, moving = relative_poses(motion, time, path_to(at))
+    rotation, spin = poses.rotation[..., at, :, :], moving.angular_velocity[..., at, :]
+    arm = rotation @ motion.antenna.offset
+    return poses.origin[..., at, :] + arm, moving.velocity[..., at, :] + cross(spin, arm), rotation, spin
 
 
 def turn_motion(motion: Motion, yaw: Callable[[Array], Array]) -> Motion:

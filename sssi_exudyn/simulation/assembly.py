@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -24,11 +26,12 @@ from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Antenna, Motion, relative_poses, turn_motion
 from sssi_exudyn.simulation.facing import facing
 from sssi_exudyn.simulation.heading import RigidSki, spread_inertia
-from sssi_exudyn.simulation.posture_table import PostureTable, posture_at
+from sssi_exudyn.simulation.posture_table import Carried, MovementTable, PostureTable, movement_at, posture_at
 from sssi_exudyn.simulation.ski_on_snow.boot_joint import boot_joint
 from sssi_exudyn.simulation.ski_on_snow.structs import CuttingEdges, Sections, SnowGrid
 from sssi_exudyn.terrain.surface import Surface
 
+Table = TypeVar("Table", MovementTable, PostureTable)
 _STRETCH = 256
 """Instants whose posture is computed at once."""
 _LOOKS = 0.04
@@ -180,19 +183,24 @@ class Parts:
         return np.asarray(np.maximum(boot_joint(self.model.equipment).inertia[:2] - np.array(own), 0.0))
 
     def posture(self, time: Array) -> PostureTable:
-        """Return the posture at ``time`` (n,), a stretch at a time: intermediate Jacobians are far larger than what is
-        kept.
-        """
+        """Return the posture at ``time`` (n,)."""
+        return self._in_stretches(posture_at, time)
+
+    def movement(self, time: Array) -> MovementTable:
+        """Return the movement at ``time`` (n,): the posture without its Jacobians, in half of the time."""
+        return self._in_stretches(movement_at, time)
+
+    def _in_stretches(self, at: Callable[[Motion, Carried, Array], Table], time: Array) -> Table:
+        """Return a table ``at`` all times, a stretch at a time: intermediate arrays are far larger than those kept."""
         stretches = np.array_split(time, max(1, -(-len(time) // _STRETCH)))
         gear = self.model.equipment
-        seat = gear.boot_centre, gear.ramp_angle
-        tables = [posture_at(self.motion, self.inertias, tuple(self.areas), part, *seat) for part in stretches]
-        whole = PostureTable(
-            **{
-                entry.name: np.ascontiguousarray(np.concatenate([getattr(table, entry.name) for table in tables]))
-                for entry in fields(PostureTable)
-            }
-        )
+        carried = Carried(self.inertias, tuple(self.areas), gear.boot_centre, gear.ramp_angle)
+        tables = [at(self.motion, carried, part) for part in stretches]
+        kept = {
+            entry.name: np.ascontiguousarray(np.concatenate([getattr(table, entry.name) for table in tables]))
+            for entry in fields(tables[0])
+        }
+        whole = replace(tables[0], **kept)
         if not any(isinstance(term, PostureAir) for term in self.model.terms):
             return whole
         return replace(whole, exposed_facing=self.facing(time))

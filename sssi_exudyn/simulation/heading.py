@@ -38,7 +38,7 @@ class RigidSki:
 
 
 class Posture(Protocol):
-    """What ``posture_table.PostureTable`` and ``prepared.Prepared`` both have of a posture at n times."""
+    """What ``posture_table.MovementTable`` and ``prepared.Prepared`` both have of a posture at n times."""
 
     @property
     def foot_place(self) -> Array: ...

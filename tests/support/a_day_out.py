@@ -73,13 +73,23 @@ def _write(folder: Path, sensor: Array, places: Array, origin: tuple[float, floa
         del tables["Gravity"]
         tables["TotalAcceleration"] = force
     for name, values in tables.items():
-        _with_clock(time, pd.DataFrame(values[:, ::-1], columns=["z", "y", "x"])).to_csv(
-            folder / f"{name}.csv", index=False, float_format="%.9g"
-        )
+        _write_channels(folder / f"{name}.csv", time, values)
     (folder / "Metadata.csv").write_text("version,device name\n3,phone\n", encoding="utf-8")
+
+
+def _write_channels(path: Path, time: Array, values: Array) -> None:
+    """Write readings (n, 3) of x, y, z; a row at a time, since pandas takes four times as long."""
+    clocks = zip(_utc(time), np.round(time, 6).tolist(), values.tolist(), strict=True)
+    rows = [f"{utc},{elapsed:.9g},{z:.9g},{y:.9g},{x:.9g}" for utc, elapsed, (x, y, z) in clocks]
+    path.write_text("\n".join(["time,seconds_elapsed,z,y,x", *rows, ""]), encoding="utf-8")
+
+
+def _utc(time: Array) -> list[str]:
+    """Return times (n,) s since the app's zero as it writes them, ns since 1970."""
+    return [f"{round((BEGAN + moment) * 1e9)}" for moment in time.tolist()]
 
 
 def _with_clock(time: Array, table: pd.DataFrame) -> pd.DataFrame:
     table.insert(0, "seconds_elapsed", np.round(time, 6))
-    table.insert(0, "time", [f"{round((BEGAN + moment) * 1e9)}" for moment in time])
+    table.insert(0, "time", _utc(time))
     return table

@@ -126,7 +126,9 @@ class Tiny:
         """Return the motion as BVH text: three rotation channels per joint, in degrees, Y X Z."""
         frames = len(self.rotations["Hips"])
         columns = [np.zeros((frames, 3))] + [self.rotations[name] for name, _, _ in self.skeleton]
-        rows = "\n".join(" ".join(f"{value:.5f}" for value in row) for row in np.hstack(columns))
+        table = np.hstack(columns)
+        form = " ".join(["%.5f"] * table.shape[1])  # of a row: ten thousands of values
+        rows = "\n".join(form % tuple(row) for row in table.tolist())
         header = f"MOTION\nFrames: {frames}\nFrame Time: {self.frame_time:.8f}\n"
         return "HIERARCHY\n" + self._joint("") + header + rows + "\n"
 
@@ -147,8 +149,8 @@ def csv(columns: Columns) -> str:
     """Return columns as CSV text: degrees to a tenth of a millimetre, the rest to 0.1 mm or 0.1 mN."""
     names = list(columns)
     rows = np.column_stack([columns[name] for name in names])
-    digits = [9 if name.startswith(("lat", "lon")) else 4 for name in names]
-    lines = [",".join(f"{value:.{digit}f}" for value, digit in zip(row, digits, strict=True)) for row in rows]
+    form = ",".join("%.9f" if name.startswith(("lat", "lon")) else "%.4f" for name in names)
+    lines = [form % tuple(row) for row in rows.tolist()]
     return ",".join(names) + "\n" + "\n".join(lines) + "\n"
 
 

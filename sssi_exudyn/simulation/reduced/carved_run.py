@@ -214,7 +214,7 @@ def _carved_system(model: Model, at: Prepared, joint: BootJoint) -> CarvedSystem
     coarse = at.step > 0.5 * (CARVED_STEP + COARSE_CARVED_STEP)
     points, fast, order = (COARSE_POINTS, COARSE_MODES, COARSE_ORDER) if coarse else (POINTS, MODES, ORDER)
     cut = mesh(model.ski, contacts=points, cutting=True)
-    modal = modal_ski(cut, fast + GIVING, joint.stiffness[2:])
+    modal = modal_ski(cut, fast + GIVING, (joint.heave_stiffness, joint.pitch_stiffness))
     edges = bending_edges(cut, modal)
     base = np.array([0.0, 0.0, -float(model.ski.height(model.ski.s_of_x(0.0)))])
     return CarvedSystem(

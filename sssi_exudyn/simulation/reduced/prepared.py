@@ -20,10 +20,9 @@ from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.legs import Legs
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
-from sssi_exudyn.motion.motion import Motion, antenna_carrier, antenna_offset
+from sssi_exudyn.motion.motion import Motion, antenna_movement
 from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, Parts, snow_grid
 from sssi_exudyn.simulation.heading import (
-    HEADING,
     RigidSki,
     Turn,
     WholeBody,
@@ -307,12 +306,11 @@ def prepare(
     parts = Parts(model, motion)
     t0, t1 = motion.start if start is None else start, motion.stop if stop is None else stop
     time = t0 + step * np.arange(max(1, round((t1 - t0) / step)) + 1, dtype=np.float64)
-    posture = parts.posture(time)
+    posture = parts.movement(time)
     antenna, moving, turning = np.zeros((3, len(time), 3))
     carrier = np.zeros((len(time), 3, 3))
     if motion.antenna is not None:
-        antenna, moving = antenna_offset(motion, time)
-        carrier, turning = antenna_carrier(motion, time)
+        antenna, moving, carrier, turning = antenna_movement(motion, time)
     cut = parts.mesh
     s = cut.contact_s
     left = np.stack([cut.ski.x_of_s(s), 0.5 * cut.ski.width(s), cut.ski.height(s)], axis=1) + parts.ski_in_foot
@@ -341,7 +339,7 @@ def prepare(
         com_momentum=posture.com_momentum,
         exposed_velocity=posture.exposed_velocity,
         exposed_facing=posture.exposed_facing,
-        exposed_swing=np.ascontiguousarray(posture.exposed_jacobian[..., HEADING]),
+        exposed_swing=cross(up_in_slope(model.inclination), posture.exposed_place),
         ski=modal_ski(cut, MODES),
         points=np.stack([left, left * [1.0, -1.0, 1.0]], axis=1),
         length=cut.contact_length,
