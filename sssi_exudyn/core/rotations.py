@@ -8,8 +8,6 @@ cut-off is raised by (√2 − 1)^(−1/4) = 1.246 in the pre-warped frequency (
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
@@ -25,34 +23,14 @@ def lowpass(values: Array, rate: float, cutoff: float) -> Array:
     """
     if not 0.0 < cutoff < rate / 2.0:
         raise ValueError(f"a cut-off of {cutoff:g} Hz needs sampling faster than {2 * cutoff:g} Hz, not {rate:g} Hz")
+    from scipy import signal  # here: it takes most of a second to load
+
     passes = 2
-    warped = float(np.tan(np.pi * cutoff / rate) / (2.0 ** (1.0 / passes) - 1.0) ** 0.25)
+    warped = np.tan(np.pi * cutoff / rate) / (2.0 ** (1.0 / passes) - 1.0) ** 0.25
+    sections = signal.butter(2, np.arctan(warped) / np.pi * rate, fs=rate, output="sos")
     # The filter forgets by e^(−5) in each period of the cut-off; after six nothing is left.
     pad = min(len(values) - 1, int(np.ceil(6.0 * rate / cutoff)))
-    first, last = values[:1], values[-1:]
-    padded = np.concatenate([2.0 * first - values[pad:0:-1], values, 2.0 * last - values[-2 : -pad - 2 : -1]])
-    forwards = _butterworth(padded.reshape(len(padded), -1), warped)
-    smooth = _butterworth(forwards[::-1], warped)[::-1]
-    return np.ascontiguousarray(smooth[pad : pad + len(values)]).reshape(values.shape)
-
-
-def _butterworth(values: Array, warped: float) -> Array:
-    """Run the second-order low-pass over ``values`` (n, m), at rest at the first; ``warped`` is its pre-warped cut-off.
-
-    Its recursion y(i) + a₁ y(i−1) + a₂ y(i−2) = b (x(i) + 2 x(i−1) + x(i−2)) is a banded triangular system, which
-    LAPACK solves; ``scipy.signal`` has the same filter, and takes a third of a second to load.
-    """
-    from scipy.linalg.lapack import dtbtrs  # here: what filters nothing starts without it
-
-    whole = 1.0 + math.sqrt(2.0) * warped + warped**2
-    bands = np.ones((3, len(values)))
-    bands[1:] = np.array([[2.0 * (warped**2 - 1.0)], [1.0 - math.sqrt(2.0) * warped + warped**2]]) / whole
-    off = values - values[0]
-    driven = np.array(off, order="F")
-    driven[1:] += 2.0 * off[:-1]
-    driven[2:] += off[:-2]
-    filtered, _ = dtbtrs(bands, driven * (warped**2 / whole), uplo="L", diag="U", overwrite_b=True)
-    return np.asarray(values[0] + filtered)
+    return np.asarray(signal.sosfiltfilt(sections, values, axis=0, padtype="odd", padlen=pad), dtype=np.float64)
 
 
 def nearest_rotation(matrix: Array) -> Array:
