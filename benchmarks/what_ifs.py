@@ -28,6 +28,8 @@ from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.simulation.reduced.carved_run import carved_run
+from sssi_exudyn.simulation.reduced.prepared import ReducedRun, prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.sweeps.asked_model import change_model, gates_of
 from sssi_exudyn.what_if.answer import departures, off_path, reasons_of, seconds_lost
 from sssi_exudyn.what_if.intent import SPEED
@@ -41,6 +43,8 @@ EXAMPLE: Final = Path(__file__).parents[1] / "examples" / "intermediate"
 SNOW: Final = Carving(hardness=4.3e7, strength=8e4, mu=0.13)
 """As fitted to this recording."""
 SIDECUT: Final = "ski.sidecut_scale"
+FINE: Final = 0.001
+"""s; steps at which those of a question no longer part the models."""
 
 
 def recorded_run(seconds: float, ski: str | None, sidecut: float) -> RecordedRun:
@@ -88,18 +92,24 @@ def answer_lines(solution: Solution) -> list[str]:
 
 
 def full_line(played: Played) -> str:
-    """Return how far both models are apart over time, and how energy and momentum of the full one close."""
+    """Return how far both models are apart over time, with a question's steps of the reduced one and with fine ones,
+    and how energy and momentum of the full one close.
+    """
     result = simulate(replace(played.model, solver=PRESETS["fast"]), played.motion)
-    places = np.stack([np.interp(result.time, played.run.time, column) for column in played.run.com[:, :2].T], axis=1)
-    apart = np.linalg.norm(result.com[:, :2] - places, axis=1)
+    fine = simulate_reduced(played.model, prepare(played.model, played.motion, step=FINE))
+
+    def apart(run: ReducedRun) -> str:
+        places = np.stack([np.interp(result.time, run.time, column) for column in run.com[:, :2].T], axis=1)
+        distance = np.linalg.norm(result.com[:, :2] - places, axis=1)
+        return " ".join(f"{np.interp(result.time[0] + after, result.time, distance):.3f}" for after in (4.0, 9.0, 15.0))
+
     mass = played.prepared.mass
     force = result.snow.force.sum(axis=1) + result.drag + mass * gravity_in_slope(played.model.inclination)
     gained = mass * (result.com_velocity[-1] - result.com_velocity[0])
     left = np.linalg.norm(np.trapezoid(force, result.time, axis=0) - gained)
-    at = " ".join(f"{np.interp(result.time[0] + after, result.time, apart):.3f}" for after in (4.0, 9.0, 15.0))
     return (
-        f"models apart by {at} m after 4, 9, 15 s; energy {result.closure_percent:.4f} %, "
-        f"impulse {left:.2f} of {np.linalg.norm(gained):.0f} N s"
+        f"models apart by {apart(played.run)} m after 4, 9, 15 s, with fine steps {apart(fine)} m; "
+        f"energy {result.closure_percent:.4f} %, impulse {left:.2f} of {np.linalg.norm(gained):.0f} N s"
     )
 
 
