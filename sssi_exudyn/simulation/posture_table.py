@@ -21,27 +21,17 @@ from sssi_exudyn.simulation.heading import HEADING, Turn, spread_inertia, turned
 
 
 @dataclass(frozen=True)
-class MovementTable:
-    """How the skier moves at n times; feet are (left, right), exposed segments in the order they were asked for.
+class FeetAndBody:
+    """How feet (left, right) and the centre of mass move against the pelvis at n times.
 
-    time : (n,) s
-    angles, rates, accelerations : (n, 28) of the prescribed coordinates
     foot_place, foot_velocity, foot_acceleration : (n, 2, 3) the point of the running surface under the boot's centre,
         m, m/s, m/s²
     foot_rotation : (n, 2, 3, 3) the ski's frame, as the foot carries it → slope frame
     foot_spin, foot_spin_rate : (n, 2, 3) angular velocity and acceleration, rad/s, rad/s²
     com_place, com_velocity, com_acceleration : (n, 3) centre of mass of skier, boots and bindings (skis apart)
     com_inertia, com_momentum : (n, 3, 3) kg m², (n, 3) N m s of the same about its centre of mass
-    kinetic : (n,) kinetic energy of the same in the pelvis' frame of translation, J
-    exposed_place, exposed_velocity : (n, k, 3) of the exposed segments' centres of mass, m, m/s
-    exposed_facing : (n, k, 3, 3) m⁴, what they show the air and others do not shield (``facing``); zero where no law
-        asks for it
     """
 
-    time: Array
-    angles: Array
-    rates: Array
-    accelerations: Array
     foot_place: Array
     foot_velocity: Array
     foot_acceleration: Array
@@ -53,6 +43,24 @@ class MovementTable:
     com_acceleration: Array
     com_inertia: Array
     com_momentum: Array
+
+
+@dataclass(frozen=True)
+class MovementTable(FeetAndBody):
+    """How the skier moves at n times; exposed segments are in the order they were asked for.
+
+    time : (n,) s
+    angles, rates, accelerations : (n, 28) of the prescribed coordinates
+    kinetic : (n,) kinetic energy of skier, boots and bindings in the pelvis' frame of translation, J
+    exposed_place, exposed_velocity : (n, k, 3) of the exposed segments' centres of mass, m, m/s
+    exposed_facing : (n, k, 3, 3) m⁴, what they show the air and others do not shield (``facing``); zero where no law
+        asks for it
+    """
+
+    time: Array
+    angles: Array
+    rates: Array
+    accelerations: Array
     kinetic: Array
     exposed_place: Array
     exposed_velocity: Array

@@ -31,6 +31,7 @@ from sssi_exudyn.simulation.heading import (
     turned_frames,
     whole_body,
 )
+from sssi_exudyn.simulation.posture_table import FeetAndBody
 from sssi_exudyn.simulation.ski_on_snow.structs import (
     ModalContact,
     PrescribedMotion,
@@ -98,7 +99,7 @@ def over_time(table: str) -> bool:
 
 
 @dataclass(frozen=True)
-class Prepared:
+class Prepared(FeetAndBody):
     """All that does not depend on snow, air and start: posture tables (n, …), modal skis, masses.  Can be pickled."""
 
     step: float
@@ -111,17 +112,6 @@ class Prepared:
     antenna_velocity: Array
     antenna_frame: Array
     antenna_spin: Array
-    foot_place: Array
-    foot_velocity: Array
-    foot_acceleration: Array
-    foot_rotation: Array
-    foot_spin: Array
-    foot_spin_rate: Array
-    com_place: Array
-    com_velocity: Array
-    com_acceleration: Array
-    com_inertia: Array
-    com_momentum: Array
     exposed_velocity: Array
     exposed_facing: Array
     exposed_swing: Array
