@@ -5,6 +5,7 @@ Evidence is by likelihood alone, without temper, with places and sizes integrate
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -33,7 +34,7 @@ _FOOT_MEMORIES: Final = (0.3, 2.0)
 
 
 @dataclass(frozen=True)
-class _Family:
+class _Family(ABC):
     """One feature that is evidence: of c candidates with w amplitudes each, or of a force of any form as one candidate.
 
     information : what the measurements know of the amplitudes
@@ -46,13 +47,13 @@ class _Family:
     sizes: tuple[float, ...]
     limits: Array
 
+    @abstractmethod
     def along(self, rest: Array, pushed: Array) -> Array:
         """Return (c, w, D) how much runs pull amplitudes along the axes of what is known of them.
 
         rest : (N, D) their measurements, as worlds have them
         pushed : (9·cells, D) how much these pull newtons at the centre of mass, on the left and on the right foot
         """
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)
