@@ -28,10 +28,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import brentq
-from scipy.special import expit, logsumexp, ndtr, ndtri
+from scipy.special import expit, logsumexp, ndtri
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.mixture import Mixture
 from sssi_exudyn.fitting.few_sensors.path_balance import FRICTION
 from sssi_exudyn.season.stretches import Passage
 
@@ -282,7 +282,7 @@ def compare_runs(place: str, names: Sequence[str], places: Array, passages: Sequ
             StretchFriction(
                 begin_m=begin,
                 end_m=end,
-                drop_m=answer.of(drop).middle,
+                drop_m=answer.of(drop).mean,
                 friction=answer.of(average + answer.row({int(day.stretch[s]): 1.0})).range(FRICTION.mean),
                 apart=answer.of(answer.against(day.stretch[s], np.delete(day.stretch, s))).range(),
             )
@@ -320,7 +320,7 @@ def _apart(day: _Day, answers: Sequence[_Answer]) -> list[int]:
     return apart
 
 
-def _over_others(day: _Day, own: _Answer, run: int, apart: Sequence[int]) -> tuple[_Mixture, float]:
+def _over_others(day: _Day, own: _Answer, run: int, apart: Sequence[int]) -> tuple[_Departure, float]:
     """Return a run's friction over that of the others that are not ``apart``, and how probably it differs."""
     others = day.run[[other for other in range(day.runs) if other != run and other not in apart]]
     more = own.of(own.against(day.run[run], others))
@@ -436,46 +436,30 @@ class _Answer:
         """Return what one unknown is over the mean of others."""
         return self.row({int(one): 1.0} | dict.fromkeys(others.tolist(), -1.0 / len(others)))
 
-    def of(self, combination: Array) -> _Mixture:
+    def of(self, combination: Array) -> _Departure:
         """Return the distribution of a linear combination."""
         means = np.array([posterior.mean @ combination for posterior in self.posteriors])
         variances = np.array([combination @ posterior.covariance @ combination for posterior in self.posteriors])
-        return _Mixture(self.share, means, np.sqrt(variances))
+        return _Departure(self.share, means, np.sqrt(variances))
 
 
 @dataclass(frozen=True)
-class _Mixture:
-    """Gaussians (g,) with their shares."""
-
-    share: Array
-    mean: Array
-    sigma: Array
-
-    @property
-    def middle(self) -> float:
-        """Mean of all."""
-        return float(self.share @ self.mean)
-
-    def below(self, value: float) -> float:
-        """Return the probability of less than a value."""
-        return float(self.share @ ndtr((value - self.mean) / self.sigma))
+class _Departure(Mixture):
+    """A number, of which it is asked whether it is another than zero."""
 
     def other(self, prior: float) -> float:
         """Return the probability of a number that is another than zero, whose ``prior`` standard deviation was wide."""
-        shrunk = 1.0 - (self.sigma / prior) ** 2
-        return float(self.share @ expit(_log_odds_of_other(self.mean / shrunk, self.sigma**2 / shrunk)))
+        shrunk = 1.0 - (self.sigmas / prior) ** 2
+        return float(self.weights @ expit(_log_odds_of_other(self.means / shrunk, self.sigmas**2 / shrunk)))
 
     def least_other(self) -> float:
         """Return the least number whose ``other`` is above one half nine times of ten."""
-        variance = float(self.share @ self.sigma**2)
+        variance = float(self.weights @ self.sigmas**2)
         return _first_above(_log_odds_of_other(_SIZES, variance)) + _NINE_OF_TEN * float(np.sqrt(variance))
 
     def range(self, shift: float = 0.0) -> Range:
         """Return mean and 90 % interval, ``shift`` added."""
-        reach = 8.0 * float(np.max(self.sigma))
-        first, last = float(np.min(self.mean)) - reach, float(np.max(self.mean)) + reach
-        ends = [brentq(lambda value, s=share: self.below(value) - s, first, last, xtol=1e-7) for share in (0.05, 0.95)]
-        return Range(self.middle + shift, ends[0] + shift, ends[1] + shift)
+        return Range(self.mean + shift, self.quantile(0.05) + shift, self.quantile(0.95) + shift)
 
 
 def _log_odds_of_other(measured: Array, variance: Array | float) -> Array:

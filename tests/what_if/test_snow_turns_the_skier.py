@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
-from bundled import EXAMPLES, bundled
+from bundled import EXAMPLES
+from carved_run import carved_intermediate
 
 import sssi_exudyn
-from sssi_exudyn.contact.registry import combine_terms
-from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.results.stored import read_run
 from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.sweeps.asked_model import change_model
@@ -24,21 +20,14 @@ from sssi_exudyn.what_if.corrections import EDGING, HEADING, LEAN, PLOUGH, STEER
 from sssi_exudyn.what_if.intent import MOMENT, PATH_SIGMA, SETTLING, TURNING_SIGMA
 from sssi_exudyn.what_if.limits import imbalance
 from sssi_exudyn.what_if.question import Played, Question
-from sssi_exudyn.what_if.recorded_run import RecordedRun, nodes_of, recorded_run
+from sssi_exudyn.what_if.recorded_run import RecordedRun, recorded_run
 from sssi_exudyn.what_if.solve import Solution, solve
 
 STOP = 1.6
 
 
-@cache
 def recorded() -> RecordedRun:
-    recording, motion = bundled("intermediate")
-    nodes = nodes_of(motion.start, motion.start + STOP)
-    short = spline_motion(motion.geometry, motion.inclination, nodes, motion.evaluate(nodes)[0])
-    model = replace(model_of(recording, motion), sensors=())
-    # hardness, strength and friction as fitted to this recording
-    carving = Carving(hardness=4.3e7, strength=8e4, mu=0.13)
-    return RecordedRun(replace(model, terms=combine_terms(model.terms, (carving,))), short, snow_turns=True)
+    return carved_intermediate(STOP)
 
 
 @cache

@@ -7,19 +7,15 @@ from functools import cache
 
 import numpy as np
 import pytest
-from bundled import bundled
+from carved_run import carved_intermediate
 
-from sssi_exudyn.contact.registry import combine_terms
-from sssi_exudyn.contact.terms.carving import Carving
-from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.sweeps.asked_model import change_model
 from sssi_exudyn.what_if import windows
 from sssi_exudyn.what_if.answer import off_path, reasons_of, seconds_lost, seconds_per_number
 from sssi_exudyn.what_if.fastest import solutions
 from sssi_exudyn.what_if.intent import EDGE, MOMENT, PLACE, SPEED
 from sssi_exudyn.what_if.question import Question, Stretch
-from sssi_exudyn.what_if.recorded_run import RecordedRun, nodes_of
+from sssi_exudyn.what_if.recorded_run import RecordedRun
 from sssi_exudyn.what_if.solve import Solution, solve
 from sssi_exudyn.what_if.windows import needs_windows, solve_in_windows
 
@@ -28,15 +24,8 @@ MIDDLE = 1.0
 """s where a stretch begins: four spacings of 0.244 s after the start."""
 
 
-@cache
 def recorded() -> RecordedRun:
-    recording, motion = bundled("intermediate")
-    nodes = nodes_of(motion.start, motion.start + STOP)
-    short = spline_motion(motion.geometry, motion.inclination, nodes, motion.evaluate(nodes)[0])
-    model = replace(model_of(recording, motion), sensors=())
-    # hardness, strength and friction as fitted to this recording
-    carving = Carving(hardness=4.3e7, strength=8e4, mu=0.13)
-    return RecordedRun(replace(model, terms=combine_terms(model.terms, (carving,))), short, snow_turns=True)
+    return carved_intermediate(STOP)
 
 
 @cache

@@ -11,13 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from sssi_exudyn.core.mixture import Mixture
 from sssi_exudyn.core.number_ref import FRICTION, NumberRef
 from sssi_exudyn.fitting.linear_fit import Refit, linear_values
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Number
 from sssi_exudyn.validation.diagnosis.search.explanation import Explanation, Nothing, Refitted, Round, Screened, Values
-from sssi_exudyn.validation.diagnosis.search.probabilities import Mixture
 
 
 def averaged_friction(

@@ -2,43 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final
-
 import numpy as np
-from scipy.optimize import brentq
-from scipy.stats import norm
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
-
-_FARTHEST: Final = 8.0
-"""Standard deviations beyond which nothing of a normal distribution is looked for."""
-
-
-@dataclass(frozen=True)
-class Mixture:
-    """A number that is known otherwise under each of k explanations: probabilities (k,), means and standard deviations
-    (k,).
-    """
-
-    weights: Array
-    means: Array
-    sigmas: Array
-
-    def quantile(self, share: float) -> float:
-        """Return the value below which the number is with that probability."""
-
-        def beyond(value: float) -> float:
-            return float(self.weights @ norm.cdf((value - self.means) / self.sigmas)) - share
-
-        low, high = (self.means + side * _FARTHEST * self.sigmas for side in (-1.0, 1.0))
-        return float(brentq(beyond, np.min(low), np.max(high), xtol=1e-9 * float(np.max(high) - np.min(low))))
-
-    @property
-    def mean(self) -> float:
-        """Averaged over the explanations."""
-        return float(self.weights @ self.means)
 
 
 def probabilities(

@@ -10,13 +10,13 @@ from a_linear_model import LEVELS, linear_model
 from explanations import explained, round_of
 from scipy.stats import norm
 
+from sssi_exudyn.core.mixture import Mixture
 from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, whiten_columns
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.validation.diagnosis.search.averaged_friction import averaged_friction
 from sssi_exudyn.validation.diagnosis.search.explanation import Explanation, Round
-from sssi_exudyn.validation.diagnosis.search.probabilities import Mixture
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
 INTERVAL_90 = THRESHOLDS.interval_90
