@@ -53,8 +53,8 @@ def linearised(stated: float) -> tuple[LinearModel, list[int]]:
         stated=np.ones(len(seen.fixes[::every])), counts=np.ones(len(seen.fixes[::every])),
     )  # fmt: skip
     thinned = LinearModel(
-        seen, linear.residual[rows], Freedom(linear.free.columns[rows], linear.free.scales), linear.posture[rows],
-        linear.surface[rows],
+        seen, linear.residual[rows], Freedom(linear.free.columns[rows], linear.free.scales),
+        {name: columns[rows] for name, columns in linear.sized.items()},
     )  # fmt: skip
     first = len(linear.free.scales) - len(fit.parameters)
     names = [str(parameter.names[0]) for parameter in fit.parameters]

@@ -182,10 +182,10 @@ def _runs(judged: Sequence[Judged]) -> list[str]:
     ]
     for case, answer in judged:
         if case.fault == NOTHING:
-            near = None if case.diagnosis is None else case.diagnosis.adequacy
+            noise = None if case.diagnosis is None else np.sqrt(2.0) * case.diagnosis.noise.gps_sigma_m
             lines.append(
                 f"| {case.recording} | {case.begin_s:.0f} to {case.end_s:.0f} s | {case.fixes} | {case.stated_m:.1f} m | "
-                f"{'–' if near is None else f'{near.missed_m:.1f} m'} | {_found(answer)} | {_mu_t_in_words(case)} |"
+                f"{'–' if noise is None else f'{noise:.1f} m'} | {_found(answer)} | {_mu_t_in_words(case)} |"
             )
     return lines
 

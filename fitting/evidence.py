@@ -12,7 +12,7 @@ Source: Rasmussen and Williams 2006, ch. 2 and 5; MacKay 2003, ch. 28.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, Protocol
 
 import numpy as np
@@ -69,19 +69,21 @@ class LinearProblem:
     """Measurements less prediction, and the linear responses to all that may vary.
 
     residual : (N,) as if every amplitude stood at its mean;  free : parameters of the fit, instruments and skier
-    posture : (N, c) errors of the posture, each for a usual one;  surface : (N, s) waves of the snow, likewise
+    sized : columns (N, c) each for a usual amount, by the level that says how much larger amounts are: "posture" its
+        errors, "surface" waves of the snow, "force" the force that every explanation has
     """
 
     measurements: Measured
     residual: Array
     free: Freedom
-    posture: Array
-    surface: Array
+    sized: Mapping[str, Array] = field(default_factory=dict)
 
     def all_free(self, levels: NoiseLevels) -> Freedom:
         """Return everything that may vary."""
-        sizes = [np.full(self.posture.shape[1], levels.posture), np.full(self.surface.shape[1], levels.surface)]
-        return self.free.with_more(np.hstack([self.posture, self.surface]), np.concatenate(sizes))
+        free = self.free
+        for name, columns in self.sized.items():
+            free = free.with_more(columns, np.full(columns.shape[1], levels.numbers[name]))
+        return free
 
 
 @dataclass(frozen=True)
@@ -135,9 +137,9 @@ class _Evidence:
     def __init__(self, linear: LinearProblem, extra: Freedom | None) -> None:
         free = linear.free if extra is None else linear.free.with_more(extra.columns, extra.scales)
         self.linear = linear
-        self.columns = np.column_stack([linear.residual, free.columns * free.scales, linear.posture, linear.surface])
-        fixed, waves = 1 + len(free.scales), self.columns.shape[1] - linear.surface.shape[1]
-        self.sized = {"posture": slice(fixed, waves), "surface": slice(waves, None)}
+        self.columns = np.column_stack([linear.residual, free.columns * free.scales, *linear.sized.values()])
+        ends = np.cumsum([1 + len(free.scales), *(columns.shape[1] for columns in linear.sized.values())])
+        self.sized = dict(zip(linear.sized, map(slice, ends, ends[1:]), strict=True))
         self.blocks = {name: at for name, at in linear.measurements.blocks.items() if at.stop > at.start}
 
     def sought(self) -> dict[str, LevelPrior]:
@@ -156,7 +158,7 @@ class _Evidence:
         """
         measurements, scales = self.linear.measurements, np.ones(self.columns.shape[1])
         for name, at in self.sized.items():
-            scales[at] = getattr(levels, name)
+            scales[at] = levels.numbers[name]
         columns = self.columns * scales
 
         def whitened(name: str, levels: NoiseLevels) -> Array:
@@ -184,7 +186,7 @@ class _Evidence:
         """
         scales = np.ones(self.columns.shape[1])
         for name, at in self.sized.items():
-            scales[at] = getattr(levels, name)
+            scales[at] = levels.numbers[name]
         parts, measurements = {}, self.linear.measurements
         for name, at in self.blocks.items():
             columns = self.columns[at] * scales
@@ -342,7 +344,8 @@ def whitener(linear: LinearProblem, levels: NoiseLevels, kept: Array | None = No
         if place.stop > place.start:
             time, scale = linear.measurements.time_of(name), linear.measurements.scale[place]
             covariance[place, place] = uneven_covariance(time, levels.of(name), scale)
-    for errors in (levels.posture * linear.posture, levels.surface * linear.surface):
+    for name, columns in linear.sized.items():
+        errors = levels.numbers[name] * columns
         covariance += errors @ errors.T
     if kept is not None:
         covariance += kept @ kept.T

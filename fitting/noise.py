@@ -91,8 +91,8 @@ class NullForce:
     """
 
     size: float = quantity(
-        30.0, "N", low=0.0, high=200.0, source="measured: docs/notebook/uncertainty.md",
-        meaning="standard deviation of each component",
+        55.0, "N", low=0.0, high=200.0, source="measured: docs/notebook/uncertainty.md",
+        meaning="standard deviation of each component; of a run as much larger as its noise levels say",
     )  # fmt: skip
     memory: float = quantity(2.0, "s", low=0.1, high=20.0, source="chosen: a turn", meaning="correlation time")
 
@@ -204,7 +204,9 @@ class MomentNoise:
 
 @dataclass(frozen=True)
 class ErrorScales:
-    """By how many times errors of the posture and waves of the snow are larger than is known of them beforehand."""
+    """By how many times errors of the posture, waves of the snow and the force that every explanation of a consumer
+    receiver's run has are larger than is known of them beforehand.
+    """
 
     posture: float = quantity(
         1.0, "1", low=0.35, high=2.9, source="[uncertainty]", meaning="errors of the posture over stated ones"
@@ -219,6 +221,13 @@ class ErrorScales:
     )  # fmt: skip
     surface_spread: float = quantity(
         0.35, "1", low=0.0, high=1.0, source="chosen: heights have shown most of how rough a slope is",
+        meaning="standard deviation of its logarithm beforehand",
+    )  # fmt: skip
+    force: float = quantity(
+        1.0, "1", low=0.22, high=4.5, source="NullForce", meaning="the force that every explanation has over its usual"
+    )  # fmt: skip
+    force_spread: float = quantity(
+        0.5, "1", low=0.0, high=1.0, source="measured: docs/notebook/uncertainty.md",
         meaning="standard deviation of its logarithm beforehand",
     )  # fmt: skip
 
@@ -260,7 +269,7 @@ heights alone decide, and a proper density, so that evidences with heights may b
 @dataclass(frozen=True)
 class NoiseLevels:
     """Noise of every instrument, standard deviations in its unit and correlation times (s), and by how many times
-    errors of the posture and waves of the snow surface are larger than usual ones.
+    errors of the posture, waves of the snow surface and the force of every explanation are larger than usual ones.
     """
 
     gps: ExponentialNoise
@@ -271,6 +280,7 @@ class NoiseLevels:
     moment: ExponentialNoise
     posture: float = SCALES.posture
     surface: float = SCALES.surface
+    force: float = SCALES.force
 
     def of(self, block: str) -> ExponentialNoise:
         """Return the noise of a block of the measurements."""
@@ -308,6 +318,7 @@ class NoiseLevels:
             moment=noise("moment"),
             posture=numbers["posture"],
             surface=numbers["surface"],
+            force=numbers["force"],
         )
 
     def remembering(self, instrument: str, memory: float) -> NoiseLevels:
@@ -392,7 +403,7 @@ def level_priors(usual: UsualLevels) -> dict[str, LevelPrior]:
             low, high = (value * (bound / about[key].default) for bound in (about[key].low, about[key].high))
             priors[f"{instrument}.{name}"] = LevelPrior(value, getattr(declared, f"{key}_spread"), low, high)
     about = quantities(SCALES)
-    for key in ("posture", "surface"):
+    for key in ("posture", "surface", "force"):
         spread = getattr(SCALES, f"{key}_spread")
         priors[key] = LevelPrior(about[key].default, spread, about[key].low, about[key].high)
     return priors

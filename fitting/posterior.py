@@ -352,19 +352,19 @@ def draw_numbers(found: Posterior, count: int, rng: np.random.Generator) -> tupl
 
 def _linear(setting: Setting, point: Point | Posterior, responses: Responses) -> LinearProblem:
     """Return a run linearised about a point in θ, η and where heights count from."""
-    seen, none = setting.seen, np.zeros((len(setting.seen.measured), 0))
+    seen = setting.seen
     ahead = responses.by_error @ point.sizes + responses.by_number @ (setting.values(point.model) - setting.means)
     columns = np.column_stack([responses.by_number, responses.by_error, seen.height_origin])
     scales = np.ones(columns.shape[1])
     scales[: len(setting.sigmas)] = setting.sigmas
-    return LinearProblem(seen, seen.measured - point.predicted + ahead, Freedom(columns, scales), none, none)
+    return LinearProblem(seen, seen.measured - point.predicted + ahead, Freedom(columns, scales))
 
 
 def _linear_by_waves(setting: Setting, point: Point, responses: Responses) -> LinearProblem:
     """Return the same with the waves of the snow apart, whose size beforehand is a level of the noise."""
     whole, waves = _linear(setting.with_waves(1.0), point, responses), np.flatnonzero(setting.waves)
     free = Freedom(np.delete(whole.free.columns, waves, axis=1), np.delete(whole.free.scales, waves))
-    return replace(whole, free=free, surface=whole.free.columns[:, waves])
+    return replace(whole, free=free, sized={"surface": whole.free.columns[:, waves]})
 
 
 @dataclass(frozen=True)

@@ -64,6 +64,7 @@ _LATER: Final = {
     ),
     "PolePlant": ("side",),
     "Ski": ("uncertainty",),
+    "NoiseLevels": ("force",),
     "AnisotropicFriction": ("slip", "sharpness"),
 }  # fmt: skip
 """Fields that were added to classes later; while they hold their default, the key is what it was without them."""

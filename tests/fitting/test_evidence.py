@@ -106,7 +106,7 @@ def test_noise_levels_are_found() -> None:
         residual[place] = np.linalg.cholesky(cov) @ rng.normal(size=len(time))
     size = len(residual)
     none = np.zeros((size, 0))
-    given = LinearModel(measurements, residual, Freedom(none, np.zeros(0)), none, none)
+    given = LinearModel(measurements, residual, Freedom(none, np.zeros(0)))
     levels, _ = best_levels(given, measurements.usual)
     # 40 s of noise that remembers for 2 s are some 20 independent samples an axis: its σ is known to 20 %
     assert levels.gps.sigma == pytest.approx(LEVELS.gps.sigma, rel=0.4)

@@ -92,11 +92,11 @@ def test_where_heights_count_from_is_not_known() -> None:
     sign, log_volume = np.linalg.slogdet(2.0 * np.pi * covariance)
     assert sign == 1.0
     dense = -0.5 * float(residual @ np.linalg.solve(covariance, residual) + log_volume)
-    free, none = Freedom(np.hstack([columns, seen.height_origin]), np.ones(3)), np.zeros((12, 0))
-    evidence = log_evidence(LinearProblem(seen, residual, free, none, none), levels)
+    free = Freedom(np.hstack([columns, seen.height_origin]), np.ones(3))
+    evidence = log_evidence(LinearProblem(seen, residual, free), levels)
     # dense matrices whose numbers span eight decades lose as many digits
     assert evidence == pytest.approx(dense, abs=1e-4)
-    higher = log_evidence(LinearProblem(seen, residual + 0.7, free, none, none), levels)
+    higher = log_evidence(LinearProblem(seen, residual + 0.7, free), levels)
     assert higher == pytest.approx(evidence, abs=(0.7 / HEIGHT_ORIGIN) ** 2)  # what the origin's own density takes
     # what a search minimises has the origin as part of the noise
     square = float(np.sum(seen.whiten(levels, residual[:, None]) ** 2))

@@ -35,19 +35,21 @@ def test_both_evidences_agree_at_equal_levels() -> None:
             table[blocks[name]] = part
         return table
 
+    def sized(columns: Array) -> dict[str, Array]:
+        return {"posture": columns[:, :3], "surface": columns[:, 3:]}
+
     fitted, compared = stacked(by_fit.blocks, len(by_fit.measured)), stacked(seen.blocks, len(seen.measured))
     usual = np.array([0.7, 0.2, 1.9])
     origin = np.zeros((len(compared), 1))
     origin[seen.blocks["height"]] = 1.0
     free = Freedom(compared[:, 1:4], usual).with_more(origin, np.array([HEIGHT_ORIGIN]))
-    linear = LinearModel(seen, compared[:, 0], free, compared[:, 4:7], compared[:, 7:])
+    linear = LinearModel(seen, compared[:, 0], free, sized(compared[:, 4:]))
     free_of_fit = Freedom(fitted[:, 1:4], usual).with_more(by_fit.height_origin, np.ones(1))
-    problem = LinearProblem(by_fit, fitted[:, 0], free_of_fit, fitted[:, 4:7], fitted[:, 7:])
+    problem = LinearProblem(by_fit, fitted[:, 0], free_of_fit, sized(fitted[:, 4:]))
     # rounding of sums of hundreds of numbers of 1 and of the origin, 1e4 standard deviations wide
     assert log_evidence(linear, LEVELS) == pytest.approx(log_evidence(problem, LEVELS), rel=0.0, abs=1e-9)
     # once the posture and the waves are of their levels' size, they are as free as all else
     sizes = [*usual, *[LEVELS.posture] * 3, *[LEVELS.surface] * 3]
-    none = np.zeros((len(fitted), 0))
     every = Freedom(fitted[:, 1:], np.array(sizes)).with_more(by_fit.height_origin, np.ones(1))
-    whole = log_evidence(LinearProblem(by_fit, fitted[:, 0], every, none, none), LEVELS)
+    whole = log_evidence(LinearProblem(by_fit, fitted[:, 0], every), LEVELS)
     assert whole == pytest.approx(log_evidence(problem, LEVELS), rel=0.0, abs=1e-9)

@@ -164,7 +164,7 @@ def test_waves_are_as_high_as_the_measurements_show() -> None:
     noise = np.concatenate([np.full(at.stop - at.start, seen.usual.of(name).sigma) for name, at in seen.blocks.items()])
     columns = noise[:, None] * rng.normal(size=(len(noise), 60))
     measured = columns @ (2.0 * rng.normal(size=60)) + noise * rng.normal(size=len(noise))
-    linear = LinearProblem(seen, measured, Freedom(none, np.zeros(0)), none, columns)
+    linear = LinearProblem(seen, measured, Freedom(none, np.zeros(0)), {"surface": columns})
     levels, _ = best_levels(linear, seen.usual)
     # 60 amounts of 2 show their size to 0.18; a level known to 0.35 beforehand gives way to that by 0.12
     assert levels.surface == pytest.approx(1.8, abs=0.36)

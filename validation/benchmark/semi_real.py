@@ -1,8 +1,8 @@
 """Semi-real runs: recordings from the field with a concealed fault of an instrument, diagnosed.
 
 It is unknown what else is wrong with a run from the field.  So each run is diagnosed untouched first: findings then
-were not concealed, and the simulation's error is the noise by which sizes of faults are measured.  Each case leaves one
-file; a benchmark that was interrupted continues with the missing ones.
+were not concealed, and the noise of the fixes that it shows is the unit in which sizes of faults are measured.  Each
+case leaves one file; a benchmark that was interrupted continues with the missing ones.
 
 A fault is added once the recording is read.  Where the posture is made of few sensors, reading it has already used the
 fixes: it would take off a late clock itself, as it does with the receiver's own lag.
@@ -161,7 +161,7 @@ class SemiReal:
 
     fault : its hypothesis' name, "none" for an untouched run;  times : its requested size, in units of the noise
     moved_m, numbers, window : as in a ``Fault``
-    noise_m : root mean square error of the untouched run's simulation, None where that is not known
+    noise_m : root mean square error of a fix's place, as the untouched run shows it, None where that is not known
     stated_m : standard deviation that the receiver states;  begin_s, end_s, fixes : of the stretch
     failed : reason why it could not be diagnosed
     """
@@ -278,9 +278,9 @@ def _cases(
     untouched = _read_or_diagnose(folder, plain, run, say)
     yield untouched
     diagnosis = untouched.diagnosis
-    if diagnosis is None or diagnosis.adequacy is None:
+    if diagnosis is None:
         return
-    noise = diagnosis.adequacy.missed_m
+    noise = float(np.sqrt(2.0)) * diagnosis.noise.gps_sigma_m  # not what a simulation misses: it is led along the fixes
     largest = dict.fromkeys(FAULTS, 0.0)
     for name, times in planned:
         fault = conceal(name, run, times * noise, seed)

@@ -165,7 +165,7 @@ class Nuisances:
     """What may vary in addition to a fit's parameters, linearised about a run.
 
     free : instruments and skier;  posture : (N, c) errors of the posture;  surface : (N, s) modes of the snow, the
-        plane's tilt first; each for a usual one
+        plane's tilt first;  force : (N, k) the force that every explanation has; each for a usual one
     mean : (N,) what is added to the prediction of the run for one of what is most probable beforehand, but for the
         waves of the snow
     """
@@ -173,6 +173,7 @@ class Nuisances:
     free: Freedom
     posture: Array
     surface: Array
+    force: Array
     mean: Array
 
     @property
@@ -182,15 +183,15 @@ class Nuisances:
         return self.free.with_more(tilt, np.ones(tilt.shape[1]))
 
     @property
-    def waves(self) -> Array:
-        """(N, s − ``TILTS``) of the snow, but for the plane's tilt."""
-        return self.surface[:, TILTS:]
+    def sized(self) -> dict[str, Array]:
+        """What a noise level makes larger, by the level's name; of the snow its waves, without the plane's tilt."""
+        return {"posture": self.posture, "surface": self.surface[:, TILTS:], "force": self.force}
 
 
 def no_nuisances(size: int) -> Nuisances:
     """Return nuisances that are none, for ``size`` measurements."""
     none = np.zeros((size, 0))
-    return Nuisances(Freedom(none, np.zeros(0)), none, none, np.zeros(size))
+    return Nuisances(Freedom(none, np.zeros(0)), none, none, none, np.zeros(size))
 
 
 def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[NumberRef]) -> Nuisances:
@@ -237,11 +238,10 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: 
         *[about.antenna] * 3,
         *[about.insole_gain] * 2,
     ]
-    lacking = _null_force(FittedRun(model, prepared, run, measurements, measurements.predict(model, run)))
+    force = _null_force(FittedRun(model, prepared, run, measurements, measurements.predict(model, run)))
     free = Freedom(np.column_stack([height, cuff, by_number, by_mass, by_instrument]), np.array(scales))
-    free = free.with_more(lacking, np.ones(lacking.shape[1]))
     mean = USUAL_CUFF * cuff - by_number @ moved - by_error @ sizes[:-1] - about.mass * sizes[-1] * by_mass[:, 0]
-    return Nuisances(free, fewer_columns(measurements, by_error), by_wave, np.asarray(mean))
+    return Nuisances(free, fewer_columns(measurements, by_error), by_wave, force, np.asarray(mean))
 
 
 def _null_force(fitted: FittedRun) -> Array:

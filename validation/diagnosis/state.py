@@ -241,7 +241,7 @@ def noise_whitener(problem: DiagnosisProblem, state: State, levels: NoiseLevels,
     """Return a whitener of all that is noise to the parameters of a fit that begins at a model."""
     size, nuisances = len(state.beyond), state.nuisances
     nothing = Freedom(np.zeros((size, 0)), np.zeros(0))
-    empty = LinearModel(problem.stamped_by(model), np.zeros(size), nothing, nuisances.posture, nuisances.waves)
+    empty = LinearModel(problem.stamped_by(model), np.zeros(size), nothing, nuisances.sized)
     return whitener(empty, levels, nuisances.fixed.columns * nuisances.fixed.scales)
 
 
@@ -250,7 +250,7 @@ def linear_model(problem: DiagnosisProblem, state: State, fit: Refit) -> LinearM
     residual = problem.measurements.measured - fit.predicted + fit.sensitivity @ fit.pulls
     nuisances = state.nuisances
     free = nuisances.fixed.with_more(fit.sensitivity, fit.scales)
-    return LinearModel(problem.stamped_by(fit.model), residual, free, nuisances.posture, nuisances.waves)
+    return LinearModel(problem.stamped_by(fit.model), residual, free, nuisances.sized)
 
 
 def linear_without(problem: DiagnosisProblem, state: State, fit: Refit, candidate: Candidate) -> LinearModel:
@@ -307,13 +307,15 @@ def _nuisances(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Co
             "scales": made.free.scales,
             "posture": made.posture,
             "surface": made.surface,
+            "force": made.force,
             "mean": made.mean,
         }
 
     size = len(problem.measurements.measured)
     key = fingerprint("nuisances", problem.key, model, sizes, sorted(fitted))
     rows = (size, None)
-    shapes: Shapes = {"columns": rows, "scales": (None,), "posture": rows, "surface": rows, "mean": (size,)}
+    shapes: Shapes = dict.fromkeys(("columns", "posture", "surface", "force"), rows)
+    shapes = {**shapes, "scales": (None,), "mean": (size,)}
     kept = get_or_make(problem, key, run, shapes)
-    columns, scales, posture, surface, mean = (np.asarray(kept[name], dtype=np.float64) for name in shapes)
-    return Nuisances(Freedom(columns, scales), posture, surface, mean)
+    columns, posture, surface, force, scales, mean = (np.asarray(kept[name], dtype=np.float64) for name in shapes)
+    return Nuisances(Freedom(columns, scales), posture, surface, force, mean)

@@ -19,6 +19,7 @@ LEVELS = NoiseLevels(
     moment=ExponentialNoise(45.0, 0.2),
     posture=0.7,
     surface=1.6,
+    force=1.3,
 )
 
 
@@ -46,8 +47,11 @@ def linear_model(seed: int = 2) -> LinearModel:
         measurements,
         0.03 * scale * rng.normal(size=size),
         Freedom(scale[:, None] * rng.normal(size=(size, 3)), np.array([0.1, 0.02, 0.5])),
-        0.01 * scale[:, None] * rng.normal(size=(size, 4)),
-        0.02 * scale[:, None] * rng.normal(size=(size, 5)),
+        {
+            "posture": 0.01 * scale[:, None] * rng.normal(size=(size, 4)),
+            "surface": 0.02 * scale[:, None] * rng.normal(size=(size, 5)),
+            "force": 0.015 * scale[:, None] * rng.normal(size=(size, 3)),
+        },
     )
 
 
@@ -62,5 +66,5 @@ def covariance(given: LinearModel) -> Array:
         alone = np.diag(scale.total**2 - scale.lasting**2)
         alike = np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
         noise_covariance[place, place] = noise.sigma**2 * (least**2 * alike * (1.0 + np.outer(more, more)) + alone)
-    posture, surface = LEVELS.posture * given.posture, LEVELS.surface * given.surface
-    return noise_covariance + posture @ posture.T + surface @ surface.T
+    sized = np.hstack([getattr(LEVELS, name) * columns for name, columns in given.sized.items()])
+    return noise_covariance + sized @ sized.T

@@ -140,7 +140,7 @@ def test_a_benchmark_goes_on_where_it_was(tmp_path: Path, run: Stretch, diagnose
     assert diagnosed == [*[run.recording.name] * 4, "lost"]
     assert messages[-1] == "5 of 8 at most"
     stored = read_json(tmp_path / run.recording.name / "gps_jump_3.json", SemiReal)
-    assert stored.noise_m == 0.1
+    assert stored.noise_m == pytest.approx(np.sqrt(2.0) * 0.02)  # of both axes
     assert stored.diagnosis is not None
     assert stored.diagnosis.tier == "reduced"
     (tmp_path / run.recording.name / "gps_jump_3.json").unlink()

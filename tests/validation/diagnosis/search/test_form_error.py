@@ -30,7 +30,7 @@ def latest() -> Round:
     measurements, seen = fitted.measurements, fitted.prediction
     responses = responses_of(LATENT_FORCE.probes(fitted), fitted.prepared, measurements)
     none = np.zeros((len(seen), 0))
-    linear = LinearModel(measurements, np.zeros(len(seen)), Freedom(none, np.zeros(0)), none, none)
+    linear = LinearModel(measurements, np.zeros(len(seen)), Freedom(none, np.zeros(0)))
     base = Refit(fitted.model, (), np.zeros(0), seen, none, 0.0, np.zeros((0, 0)))
     return Round((), linear, base, fitted, {LATENT_FORCE.name: responses}, {})
 

@@ -92,8 +92,7 @@ def test_its_evidence_is_the_same_in_the_place_of_whichever_law(compared: Compar
 
 
 def without_posture(fitted: FittedRun, residual: Array, free: Freedom) -> LinearModel:
-    none = np.zeros((len(residual), 0))
-    return LinearModel(fitted.measurements, residual, free, none, none)
+    return LinearModel(fitted.measurements, residual, free)
 
 
 def with_force(linear: LinearModel, force: ForceOfAnyForm) -> LinearModel:

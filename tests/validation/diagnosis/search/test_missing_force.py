@@ -61,7 +61,7 @@ def test_a_force_on_a_ski_is_one_on_the_body_and_what_the_sole_carries(
 
 def found_in(fitted: FittedRun, responses: Array, residual: Array) -> tuple[MissingForce, ForceOnFeet]:
     none = np.zeros((len(residual), 0))
-    linear = LinearModel(fitted.measurements, residual, Freedom(none, np.zeros(0)), none, none)
+    linear = LinearModel(fitted.measurements, residual, Freedom(none, np.zeros(0)))
     force = missing_force(linear, fitted.measurements.usual, fitted, responses)
     assert force.on_feet is not None
     return force, force.on_feet
@@ -92,7 +92,7 @@ def test_without_insoles_feet_are_not_distinguished(fitted: FittedRun, responses
     measurements = replace(fitted.measurements, windows=np.zeros(0), loads=np.zeros((0, 2)))
     kept = responses[: len(measurements.measured)]
     none = np.zeros((len(kept), 0))
-    linear = LinearModel(measurements, np.zeros(len(kept)), Freedom(none, np.zeros(0)), none, none)
+    linear = LinearModel(measurements, np.zeros(len(kept)), Freedom(none, np.zeros(0)))
     without = replace(fitted, measurements=measurements)
     assert missing_force(linear, measurements.usual, without, kept).on_feet is None
 

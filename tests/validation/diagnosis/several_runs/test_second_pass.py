@@ -158,9 +158,7 @@ class Day:
         nothing = np.zeros(180)
         x = np.stack([problem.columns.get(k, problem.columns.get(k.partition(".")[2], nothing)) for k in keys], axis=1)
         measured = problem.measurements.measured
-        empty = LinearModel(
-            problem.measurements, measured, Freedom(np.zeros((180, 0)), np.zeros(0)), x[:, :0], x[:, :0]
-        )
+        empty = LinearModel(problem.measurements, measured, Freedom(np.zeros((180, 0)), np.zeros(0)))
         table = whiten_columns(empty, levels, np.column_stack([measured, x]))
         means, sigmas = np.array([p.prior.mean for p in parameters]), np.array([p.prior.sigma for p in parameters])
         slopes = table[:, 1:]

@@ -41,7 +41,7 @@ def geometry_with(fitted: FittedRun, hypotheses: list[Hypothesis]) -> Geometry:
     responses = {h.name: responses_of(h.probes(fitted), fitted.prepared, fitted.measurements) for h in hypotheses}
     free = responses_of([Probe(fitted.model, name) for name in FREE], fitted.prepared, fitted.measurements)
     none = np.zeros((len(fitted.prediction), 0))
-    linear = LinearModel(fitted.measurements, np.zeros(len(none)), Freedom(free, SCALES), none, none)
+    linear = LinearModel(fitted.measurements, np.zeros(len(none)), Freedom(free, SCALES))
     return geometry_of(linear, fitted.measurements.usual, fitted, hypotheses, responses, waves=0.05)
 
 
