@@ -2,15 +2,15 @@
 
 from typing import NoReturn
 
-from sssi_exudyn.runtime.garbage import collect_seldom
 from sssi_exudyn.runtime.interrupts import end_on_interrupt
+from sssi_exudyn.runtime.process_memory import prepare_memory
 from sssi_exudyn.runtime.threads import use_one_thread_for_products
 
 
 def start() -> NoReturn:
     """Run ``sssi`` and end the process with its exit status."""
     use_one_thread_for_products()
-    collect_seldom()
+    prepare_memory()
     with end_on_interrupt():
         from sssi_exudyn.cli import main
     main()

@@ -67,12 +67,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Have the garbage collector leave out what lives until the end, and look as seldom as in the program's processes:
-    it took an eighth of the computing of tests that draw plots or read sources.
+    """Have memory treated as in the program's own processes, and the garbage collector leave out what lives until the
+    end: it took an eighth of the computing of tests that draw plots or read sources.
     """
-    from sssi_exudyn.runtime.garbage import collect_seldom  # here: as below
+    from sssi_exudyn.runtime.process_memory import prepare_memory  # here: as below
 
-    collect_seldom()
+    prepare_memory()
     gc.collect()
     gc.freeze()
 

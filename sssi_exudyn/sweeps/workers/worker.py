@@ -7,7 +7,7 @@ from pathlib import Path
 
 from sssi_exudyn.io.typed import decode
 from sssi_exudyn.runtime.exudyn_build import take_fast_build
-from sssi_exudyn.runtime.garbage import collect_seldom
+from sssi_exudyn.runtime.process_memory import prepare_memory
 from sssi_exudyn.runtime.workers import end_with_parent
 
 
@@ -26,5 +26,5 @@ def perform(folder: Path, task: bytes) -> str:
 def prepare_worker() -> None:
     """Set up a worker of this machine: interrupts are left to its parent, and it ends with its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    collect_seldom()
+    prepare_memory()
     end_with_parent()
