@@ -22,7 +22,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import osqp
 from scipy import sparse
 from scipy.optimize import lsq_linear
 
@@ -125,7 +124,13 @@ class _Programme:
         matrix.data = np.abs(np.sign(matrix.data))
         self.lower = np.concatenate([np.zeros(c), np.full(m, LEAST)])
         self.upper = np.concatenate([np.zeros(c), np.ones(m)])
+        import osqp  # here: it loads a template engine, which every command would wait for
+
         self.solver = osqp.OSQP()
+        self.solved = (
+            osqp.SolverStatus.OSQP_SOLVED,
+            osqp.SolverStatus.OSQP_SOLVED_INACCURATE,  # nearly to the requested precision
+        )
         self.solver.setup(
             sparse.diags(self.weight).tocsc(),
             np.zeros(m + c),
@@ -159,10 +164,7 @@ class _Programme:
     def solve(self, instant: int) -> tuple[Array, Array]:
         """Return activations (m,) and reserves (c,) N m."""
         solution = self.solver.solve(raise_error=False)
-        if solution.info.status_val not in (
-            osqp.SolverStatus.OSQP_SOLVED,
-            osqp.SolverStatus.OSQP_SOLVED_INACCURATE,  # nearly to the requested precision
-        ):
+        if solution.info.status_val not in self.solved:
             return self._solve_by_active_set(instant)
         x = np.array(solution.x, dtype=np.float64)
         return np.clip(x[: self.muscles], LEAST, 1.0), x[self.muscles :] * _UNIT
