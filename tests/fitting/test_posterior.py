@@ -156,7 +156,8 @@ def test_a_damped_step_is_that_of_a_problem_held_where_it_is() -> None:
     assert np.linalg.norm(solution.sizes - point.sizes) < np.linalg.norm(free.sizes - point.sizes)
 
 
-def test_waves_are_as_high_as_the_measurements_show() -> None:
+@pytest.mark.parametrize(("sized", "other"), [("surface", "force"), ("force", "surface")])
+def test_waves_and_unknown_forces_are_as_large_as_the_measurements_show(sized: str, other: str) -> None:
     rng = np.random.default_rng(3)
     _, setting = example()
     seen = setting.seen
@@ -164,11 +165,11 @@ def test_waves_are_as_high_as_the_measurements_show() -> None:
     noise = np.concatenate([np.full(at.stop - at.start, seen.usual.of(name).sigma) for name, at in seen.blocks.items()])
     columns = noise[:, None] * rng.normal(size=(len(noise), 60))
     measured = columns @ (2.0 * rng.normal(size=60)) + noise * rng.normal(size=len(noise))
-    linear = LinearProblem(seen, measured, Freedom(none, np.zeros(0)), {"surface": columns})
+    linear = LinearProblem(seen, measured, Freedom(none, np.zeros(0)), {sized: columns})
     levels, _ = best_levels(linear, seen.usual)
     # 60 amounts of 2 show their size to 0.18; a level known to 0.35 beforehand gives way to that by 0.12
-    assert levels.surface == pytest.approx(1.8, abs=0.36)
-    assert levels.posture == 1.0  # of which these measurements say nothing
+    assert levels.numbers[sized] == pytest.approx(1.8, abs=0.36)
+    assert levels.numbers[other] == levels.posture == 1.0  # of which these measurements say nothing
 
 
 def test_waves_of_a_level_leave_the_tilt_as_it_is_known() -> None:
