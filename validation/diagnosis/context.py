@@ -184,7 +184,7 @@ class Nuisances:
 
     @property
     def sized(self) -> dict[str, Array]:
-        """What a noise level makes larger, by the level's name; of the snow its waves, without the plane's tilt."""
+        """Effects that a noise level makes larger, by its name; of the snow the waves alone, not the plane's tilt."""
         return {"posture": self.posture, "surface": self.surface[:, TILTS:], "force": self.force}
 
 
