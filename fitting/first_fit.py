@@ -21,7 +21,6 @@ import numpy as np
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.choices import Method
-from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, fit_noise
 from sssi_exudyn.core.number_ref import (
@@ -38,7 +37,7 @@ from sssi_exudyn.core.number_ref import (
 from sssi_exudyn.fitting.noise import NOISE
 from sssi_exudyn.fitting.objective import Prior, Problem, correlations, counts_of, uncertainty, weight_of
 from sssi_exudyn.fitting.observations import correct_fixes, track_of
-from sssi_exudyn.fitting.optimise import Optimum, minimise, minimise_squares
+from sssi_exudyn.fitting.optimise import Optimum, Squares, minimise, minimise_squares, step_back
 from sssi_exudyn.fitting.snow_prior import glide_prior
 from sssi_exudyn.model.from_recording import guess_with_error
 from sssi_exudyn.model.heading import REPLAY
@@ -308,29 +307,15 @@ def _search_reduced(problem: Problem, at: Responses, progress: Advance, toleranc
     return _search(problem, evaluate, problem.start, tolerance)
 
 
-def _search(
-    problem: Problem, evaluate: Callable[[Array], tuple[float, Array, Array]], start: Array, tolerance: float
-) -> Optimum:
+def _search(problem: Problem, evaluate: Squares, start: Array, tolerance: float) -> Optimum:
     """Minimise the objective; ``evaluate`` gives it with its gradient and its Gauss-Newton curvature.  A step to where
     the simulation diverges is too long: it is taken back.  Raises SimulationDiverged when it does at the start.
     """
-    begun = False
-
-    def evaluate_or_step_back(values: Array) -> tuple[float, Array, Array]:
-        nonlocal begun
-        try:
-            evaluated = evaluate(values)
-        except SimulationDiverged:
-            if not begun:
-                raise
-            return np.inf, np.zeros(len(values)), np.eye(len(values))
-        begun = True
-        return evaluated
-
+    evaluate = step_back(evaluate)
     if problem.priors:
-        return minimise_squares(evaluate_or_step_back, start, problem.bounds, objective_tolerance=tolerance)
-    first = evaluate_or_step_back(start)[2]
-    return minimise(lambda x: evaluate_or_step_back(x)[:2], start, problem.bounds, first, objective_tolerance=tolerance)
+        return minimise_squares(evaluate, start, problem.bounds, objective_tolerance=tolerance)
+    first = evaluate(start)[2]
+    return minimise(lambda x: evaluate(x)[:2], start, problem.bounds, first, objective_tolerance=tolerance)
 
 
 def full_residual(problem: Problem, motion: Motion, values: Array, cache: Cache | None = None) -> Array:

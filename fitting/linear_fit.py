@@ -25,7 +25,7 @@ from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import LinearModel, LinearProblem, Uncertain, Whitener, log_posterior, uncertain
 from sssi_exudyn.fitting.noise import NoiseLevels, UsualLevels
 from sssi_exudyn.fitting.observations import Measurements
-from sssi_exudyn.fitting.optimise import minimise_squares
+from sssi_exudyn.fitting.optimise import minimise_squares, step_back
 from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced.prepared import Prepared
@@ -217,7 +217,8 @@ def refit(
         seen[at.tobytes()] = predicted, sensitivity, curvature
         return 0.5 * float(residual @ residual + pull @ pull), -slopes.T @ residual + pull / sigmas, curvature
 
-    minimum = minimise_squares(evaluate, values, bounds, objective_tolerance=_ENOUGH, most=_MOST, worth=worth)
+    search = step_back(evaluate)
+    minimum = minimise_squares(search, values, bounds, objective_tolerance=_ENOUGH, most=_MOST, worth=worth)
     predicted, sensitivity, curvature = seen[minimum.values.tobytes()]
     return Refit(
         place(with_parameters(model, parameters, minimum.values))[0],

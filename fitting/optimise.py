@@ -14,6 +14,7 @@ from typing import Final
 import nlopt
 import numpy as np
 
+from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 
 _REASONS = {
@@ -38,6 +39,31 @@ class Optimum:
     evaluations: int
     converged: bool
     reason: str
+
+
+Squares = Callable[[Array], tuple[float, Array, Array]]
+"""Gives value, gradient and Gauss-Newton curvature at a point."""
+
+
+def step_back(function: Squares) -> Squares:
+    """Return a function whose value is infinite where a run diverges, so that a search steps back.
+
+    It raises SimulationDiverged as long as no run has ended.
+    """
+    begun = False
+
+    def evaluate(at: Array) -> tuple[float, Array, Array]:
+        nonlocal begun
+        try:
+            evaluated = function(at)
+        except SimulationDiverged:
+            if not begun:
+                raise
+            return np.inf, np.zeros(len(at)), np.eye(len(at))
+        begun = True
+        return evaluated
+
+    return evaluate
 
 
 def minimise(
@@ -107,7 +133,7 @@ def minimise(
 
 
 def minimise_squares(
-    function: Callable[[Array], tuple[float, Array, Array]],
+    function: Squares,
     start: Array,
     bounds: Array,
     *,

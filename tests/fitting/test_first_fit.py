@@ -16,7 +16,7 @@ from sssi_exudyn.fitting import first_fit as fitting
 from sssi_exudyn.fitting.first_fit import fit, problem_of
 from sssi_exudyn.fitting.objective import Problem, counts_of
 from sssi_exudyn.fitting.observations import Track, predict_fixes
-from sssi_exudyn.fitting.optimise import minimise, minimise_squares
+from sssi_exudyn.fitting.optimise import minimise, minimise_squares, step_back
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.runtime.cache import Cache
@@ -250,6 +250,24 @@ def test_a_search_by_squares_gives_up_where_it_promises_too_little() -> None:
     hopeful = minimise_squares(above_hundred, start, bounds, objective_tolerance=1e-8, worth=101.0)
     assert hopeful.converged
     np.testing.assert_allclose(hopeful.values, [1.0, 1.0], atol=1e-3)
+
+
+def test_a_search_steps_back_from_runs_that_diverge() -> None:
+    diverged = []
+
+    def in_a_disc(x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        if np.hypot(*x) > 3.0:
+            diverged.append(x)
+            raise SimulationDiverged(1.0, "made to")
+        return along_a_valley(x)
+
+    bounds, start = np.tile([-9.0, 9.0], (2, 1)), np.array([-1.9, 2.0])  # whose first step leaves the disc
+    optimum = minimise_squares(step_back(in_a_disc), start, bounds, objective_tolerance=1e-8)
+    assert diverged
+    assert optimum.converged
+    np.testing.assert_allclose(optimum.values, [1.0, 1.0], atol=1e-3)  # of a tolerance of 1e-8 in ½ (1 − x)²
+    with pytest.raises(SimulationDiverged):
+        minimise_squares(step_back(in_a_disc), np.array([8.0, 8.0]), bounds, objective_tolerance=1e-8)
 
 
 def test_fixes_that_are_off_count_less() -> None:

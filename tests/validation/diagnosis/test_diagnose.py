@@ -26,6 +26,7 @@ from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
+from sssi_exudyn.fitting import linear_fit
 from sssi_exudyn.fitting.linear_fit import refit
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.observations import predict_fixes, track_of
@@ -368,6 +369,30 @@ def test_which_ski_glides_worse_follows_from_loads_and_track(base: Any, more: fl
     # fits stop within a twentieth of the standard errors; priors draw by a few per cent
     assert delta == pytest.approx(more, rel=0.05)
     assert mean == pytest.approx(mu_t, abs=0.001)
+
+
+def test_a_refit_steps_back_where_a_run_diverges(base: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    recording, motion, model = base
+    problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 2.0), model)
+    seen = problem.measurements.predict(problem.model, simulate_reduced(problem.model, problem.prepared))
+    offset = problem.measurements.measured - seen  # the model is right
+    mu_t = problem.model.value("friction.mu_t")
+    start = problem.model.with_values({"friction.mu_t": mu_t + 0.02})
+    sought = [Parameter(("friction.mu_t",), Prior(mu_t, 0.1))]
+    noise = noise_whitener(problem, state_of(problem), problem.measurements.usual, problem.model)
+    calls = 0
+
+    def diverging(*arguments: Any) -> Any:
+        nonlocal calls
+        calls += 1
+        if calls == 2:
+            raise SimulationDiverged(1.0, "made to")
+        return sensitivities(*arguments)
+
+    monkeypatch.setattr(linear_fit, "sensitivities", diverging)
+    fit = refit(start, sought, problem.prepared, problem.measurements, noise, lambda model: (model, offset))
+    assert calls > 2
+    assert fit.values == pytest.approx([mu_t], abs=0.001)  # fits stop within a twentieth of the standard errors
 
 
 @pytest.mark.long
