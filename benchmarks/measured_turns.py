@@ -199,7 +199,7 @@ def fixes_of(truth: StoredRun, recording: Recording, seed: int) -> Recording:
     """Return the recording with the known run's antenna, seen with the usual noise of fixes, and without insoles."""
     gps = recording.gps
     assert gps is not None
-    time = gps.time[(gps.time >= truth.time[0]) & (gps.time <= truth.time[-1])]
+    time = gps.time[gps.between(truth.time[0], truth.time[-1])]
     sigma = float(np.median(gps.sigma))
     rng = np.random.default_rng(seed)
     place = np.column_stack(

@@ -52,7 +52,7 @@ def why_missed(fitted: Fitted, recording: Recording) -> str:
     """
     if recording.gps is None:
         return ""
-    inside = (recording.gps.time >= fitted.time[0]) & (recording.gps.time <= fitted.time[-1])
+    inside = recording.gps.between(fitted.time[0], fitted.time[-1])
     length = float(np.sum(np.linalg.norm(np.diff(recording.gps.enu[inside, :2], axis=0), axis=1)))
     stated = float(np.median(recording.gps.sigma[inside]))
     bound = quantities(usual_levels(stated, stated, 1.0, 1.0).receiver)["size"].high * stated

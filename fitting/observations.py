@@ -60,7 +60,7 @@ def track_of(gps: Gps, azimuth: float, start: float, stop: float, margin: float 
     """Return the fixes between ``start`` and ``stop`` (s), both shortened by ``margin``, on a slope that falls to
     ``azimuth`` (rad).
     """
-    inside = (gps.time >= start + margin - 1e-9) & (gps.time <= stop - margin + 1e-9)
+    inside = gps.between(start + margin, stop - margin)
     place = gps.enu[inside] @ level_to_enu(azimuth)
     return Track(gps.time[inside], place[:, :2], gps.sigma[inside])
 
@@ -188,7 +188,7 @@ def measurements_of(recording: Recording, model: Model, start: float, stop: floa
     gps, insoles = recording.gps, recording.insoles
     if gps is None:
         raise ValueError("the recording has no GPS")
-    inside = (gps.time >= start - 1e-9) & (gps.time <= stop + 1e-9)
+    inside = gps.between(start, stop)
     place = gps.enu[inside] @ level_to_enu(model.fall_line_azimuth)
     windows, loads = np.zeros(0), np.zeros((0, 2))
     if insoles is not None:
@@ -378,7 +378,7 @@ def _measured_velocity(recording: Recording, model: Model, motion: Motion) -> tu
     gps = recording.gps
     if gps is None or gps.speed is None or gps.course is None:
         return np.zeros(0), np.zeros((0, 2))
-    inside = (gps.time >= motion.start) & (gps.time <= motion.stop)
+    inside = gps.between(motion.start, motion.stop)
     speed, course = gps.speed[inside], gps.course[inside]
     enu = np.stack([speed * np.sin(course), speed * np.cos(course), np.zeros(len(speed))], axis=1)
     return gps.time[inside], (enu @ level_to_enu(model.fall_line_azimuth))[:, :2]

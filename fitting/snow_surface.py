@@ -244,7 +244,7 @@ def snow_heights(gps: Gps, motion: Motion, model: Model) -> Heights:
 
     Raises ValueError for a motion without an antenna.
     """
-    inside = (gps.time >= motion.start) & (gps.time <= motion.stop)
+    inside = gps.between(motion.start, motion.stop)
     time = gps.time[inside]
     parts = Parts(model, correct_motion(model, motion))
     posture = parts.movement(time)

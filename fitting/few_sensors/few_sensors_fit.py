@@ -180,7 +180,7 @@ def path_data(recording: Recording, motion: Motion, model: Model, prepared: Prep
     gps = recording.gps
     if gps is None:
         raise ValueError("the recording has no GPS")
-    inside = (gps.time >= motion.start) & (gps.time <= motion.stop)
+    inside = gps.between(motion.start, motion.stop)
     stated = float(np.median(gps.sigma))
     speed = np.linalg.norm(velocity_of(gps), axis=1)[inside]
     height_sigma, wander = height_noise(gps, stated)

@@ -43,7 +43,7 @@ def skiing_of(recording: Recording) -> Skiing | None:
     gps = recording.gps
     if gps is None:
         return None
-    within = (gps.time >= recording.start) & (gps.time <= recording.stop)
+    within = gps.between(recording.start, recording.stop)
     time, track = gps.time[within], gps.enu[within]
     speed = np.linalg.norm(np.diff(track, axis=0), axis=1) / np.diff(time)
     turns = (recorded_turns(recording, recording.start, recording.stop) or find_turns(time, track)).turns

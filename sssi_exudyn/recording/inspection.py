@@ -98,7 +98,7 @@ def inspect_recording(
     length = drop = speed = sigma = load = None
     if gps is not None:
         instruments.append(_instrument("gps", gps.time))
-        within = (gps.time >= recording.start) & (gps.time <= recording.stop)
+        within = gps.between(recording.start, recording.stop)
         track = gps.enu[within]
         length = float(np.sum(np.linalg.norm(np.diff(track, axis=0), axis=1)))
         drop = float(track[0, 2] - track[-1, 2])

@@ -429,7 +429,7 @@ def _overlap(toml: Path, bvh: Bvh, gps: Gps | None, insoles: Insoles | None) -> 
     if stop - start < _SHORTEST:
         raise InputError(toml, "time_offset_s", f"the clocks do not overlap: {spans_text}", "correct the time_offset_s")
     if gps is not None:
-        within = int(np.count_nonzero((gps.time >= start) & (gps.time <= stop)))
+        within = int(np.count_nonzero(gps.between(start, stop)))
         if within < _FEWEST_FIXES:
             problem = f"{within} fixes between {start:.2f} and {stop:.2f} s, where there is motion too: {spans_text}"
             raise InputError(toml, "[gps]", problem, f"at least {_FEWEST_FIXES} are needed; are its times in seconds?")

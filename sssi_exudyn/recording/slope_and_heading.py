@@ -120,7 +120,7 @@ def stance_at_fixes(bvh: Bvh, gps: Gps, ankle_to_ski_base: float) -> Stance:
     middle = 0.5 * (bases[0] + bases[1])
     antenna = joints[:, carrier] + world[:, carrier] @ gps.offset - middle
     forward = world[:, left, :, 2] + world[:, right, :, 2]
-    fixes = np.flatnonzero((gps.time >= bvh.time[0]) & (gps.time <= bvh.time[-1]))
+    fixes = np.flatnonzero(gps.between(bvh.time[0], bvh.time[-1]))
     time = gps.time[fixes]
 
     def at_fixes(values: Array) -> Array:

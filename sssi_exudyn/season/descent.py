@@ -47,7 +47,7 @@ def descent_figures(recording: Recording) -> dict[str, float | None]:
     gps = recording.gps
     if gps is None:
         return {"duration_s": recording.stop - recording.start}
-    within = (gps.time >= recording.start) & (gps.time <= recording.stop)
+    within = gps.between(recording.start, recording.stop)
     time, places = gps.time[within], gps.enu[within]
     if len(time) < 2:
         return {"duration_s": recording.stop - recording.start}
@@ -68,7 +68,7 @@ def track_of(recording: Recording) -> pa.Table | None:
     gps = recording.gps
     if gps is None:
         return None
-    within = (gps.time >= recording.start) & (gps.time <= recording.stop)
+    within = gps.between(recording.start, recording.stop)
     if np.count_nonzero(within) < 2:
         return None
     equipment = recording.equipment

@@ -78,7 +78,7 @@ class Stretch:
     @property
     def stated(self) -> float:
         """Median standard deviation (m) that the receiver states of its fixes."""
-        inside = (self.gps.time >= self.begin) & (self.gps.time <= self.end)
+        inside = self.gps.between(self.begin, self.end)
         return float(np.median(self.gps.sigma[inside]))
 
 

@@ -35,7 +35,7 @@ class ElevationUnit:
         gps, elevations = evidence.gps, evidence.elevations
         if gps is None or elevations is None:
             return ()
-        inside = np.flatnonzero((gps.time >= evidence.start) & (gps.time <= evidence.stop))
+        inside = np.flatnonzero(gps.between(evidence.start, evidence.stop))
         if len(inside) < 5:
             return ()
         inside = inside[:: 1 + len(inside) // _MOST]

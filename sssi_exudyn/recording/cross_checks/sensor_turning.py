@@ -75,7 +75,7 @@ def evidence_of_turned(imu: Imu, gps: Gps, as_is: Lag, turned: Lag) -> float:
 
     A second counts as one measurement of the turning, and the usual lag of a receiver as one more.
     """
-    inside = gps.time[(gps.time >= imu.time[0]) & (gps.time <= imu.time[-1])]
+    inside = gps.time[gps.between(imu.time[0], imu.time[-1])]
     count = min(len(inside), float(np.ptp(inside)))
     left, left_turned = (max(1.0 - lag.correlation**2, 1e-6) for lag in (as_is, turned))
     middle, sigma = _USUAL_LAG

@@ -27,7 +27,7 @@ class Travel:
         gps = evidence.gps
         if gps is None:
             return ()
-        inside = (gps.time >= evidence.start) & (gps.time <= evidence.stop)
+        inside = gps.between(evidence.start, evidence.stop)
         duration = float(np.ptp(gps.time[inside])) if np.any(inside) else 0.0
         if duration < _COVERED:
             return ()

@@ -39,7 +39,7 @@ def turning_of_track(gps: Gps, start: float, stop: float) -> TrackTurning:
         velocity = gps.speed * np.exp(1j * gps.course)
     course = np.unwrap(np.angle(velocity))
     to_left = -np.abs(velocity) * np.gradient(course, gps.time)
-    inside = (gps.time >= start) & (gps.time <= stop) & (np.abs(velocity) > _SLOW)
+    inside = gps.between(start, stop) & (np.abs(velocity) > _SLOW)
     return TrackTurning(gps.time[inside], course[inside], to_left[inside])
 
 

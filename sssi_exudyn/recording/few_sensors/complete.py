@@ -183,7 +183,7 @@ def use_barometer_heights(gps: Gps, barometer: Barometer) -> tuple[Gps, tuple[st
     Outside the barometer's stretch the receiver's heights stay, shifted so that both are the same on average around
     each end of the stretch.
     """
-    inside = (gps.time >= barometer.time[0]) & (gps.time <= barometer.time[-1])
+    inside = gps.between(barometer.time[0], barometer.time[-1])
     if np.count_nonzero(inside) < _FEWEST_COVERED:
         return gps, ("the barometer covers hardly a fix; the receiver's own heights are used",)
     first, last = (int(end) for end in np.flatnonzero(inside)[[0, -1]])
@@ -205,7 +205,7 @@ def ground_of(gps: Gps, barometric: bool) -> SlopeEstimate:
     The heights' wander from start to end is a property of the instrument, not of a single fix.
     """
     first, last = skiing_stretch(gps.time, np.linalg.norm(velocity_of(gps), axis=1), gps.enu[:, 2])
-    inside = (gps.time >= first) & (gps.time <= last)
+    inside = gps.between(first, last)
     return estimate_slope(gps.enu[inside], _BAROMETER_WANDER if barometric else _RECEIVER_WANDER)
 
 

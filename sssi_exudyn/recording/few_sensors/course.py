@@ -169,16 +169,19 @@ def fused_course(gps: Gps, velocity: Array, time: Array, yaw_rate: Array | None,
     pieces = max(2, round(float(time[-1] - time[0]) / max(spacing, 1.0)))
     inner = np.linspace(time[0], time[-1], pieces + 1)
     knots = np.r_[[inner[0]] * 3, inner, [inner[-1]] * 3]
-    inside = (gps.time >= time[0]) & (gps.time <= time[-1])
-    at = gps.time[inside]
+    inside = gps.between(time[0], time[-1])
+    at = np.clip(gps.time[inside], time[0], time[-1])  # within the knots, whatever rounding leaves
     basis = spline_columns(at, knots)
     weight = np.minimum(speed[inside] / 3.0, 1.0)  # a course is the more certain, the faster the skier
     known = course[inside]
     if gain is not None:
         known = known - gain * columns[inside].sum(axis=1)
     else:
-        turning = columns[inside]
-        basis = csr_array(hstack([basis, turning])) if isinstance(basis, csr_array) else np.hstack([basis, turning])
+        turning = np.asarray(columns[inside])
+        if isinstance(basis, csr_array):
+            basis = csr_array(hstack([basis, csr_array(turning)]))
+        else:
+            basis = np.hstack([basis, turning])
     count = len(knots) - 4
     bend = np.zeros((count - 2, basis.shape[1]))
     bend[:, :count] = 0.1 * np.diff(np.eye(count), 2, axis=0)  # holds the curve where fixes are slow or missing

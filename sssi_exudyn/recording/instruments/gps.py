@@ -13,6 +13,7 @@ from typing import Final
 
 import numpy as np
 import pymap3d
+from numpy.typing import NDArray
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
@@ -47,6 +48,8 @@ _TURN_ACCELERATION: Final = 5.0
 _UNITS: Final = {"km/h": 3.6, "mph": 2.237, "knots": 1.944, "feet per second": 3.281}
 
 
+_ROUNDING: Final = 1e-9
+"""s; far below the time between two fixes, far above the rounding of a time of day."""
 VERTICAL: Final = 1.5
 """Usual ratio of the standard deviations of a fix's height and place (Teunissen and Montenbruck 2017, ch. 21)."""
 
@@ -81,6 +84,12 @@ class Gps:
     notes: tuple[str, ...] = ()
     barometric: bool = False
     vertical: float = VERTICAL
+
+    def between(self, start: float, stop: float) -> NDArray[np.bool_]:
+        """Return which fixes (n,) are from ``start`` to ``stop`` (s), both included, whatever rounding leaves of them:
+        a run's ends are often times of fixes.
+        """
+        return np.asarray((self.time >= start - _ROUNDING) & (self.time <= stop + _ROUNDING))
 
 
 def enu_from(enu: Array, origin: tuple[float, float, float], other: tuple[float, float, float]) -> Array:

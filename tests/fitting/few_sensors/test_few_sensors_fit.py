@@ -15,7 +15,13 @@ from sssi_exudyn.analysis.skiing import recorded_turns
 from sssi_exudyn.analysis.turns import find_turns
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.noise import ExponentialNoise
-from sssi_exudyn.fitting.few_sensors.few_sensors_fit import FewSensorsFit, drag_of, effective_friction, fit_few_sensors
+from sssi_exudyn.fitting.few_sensors.few_sensors_fit import (
+    FewSensorsFit,
+    drag_of,
+    effective_friction,
+    fit_few_sensors,
+    path_data,
+)
 from sssi_exudyn.fitting.few_sensors.path_balance import PathData, estimate_path
 from sssi_exudyn.fitting.first_fit import COARSE_STEP, problem_of
 from sssi_exudyn.fitting.misfit import believable_fit, why_missed
@@ -50,6 +56,16 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Motion, F
     recording = read_recording(write_few(bundled("beginner")[0], ("pocket",), folder))
     motion = motion_from_recording(recording)
     return recording, motion, fit_few_sensors(recording, motion, model_of(recording, motion), "joint")
+
+
+def test_balance_and_track_have_the_same_fixes_where_rounding_puts_the_last_one_outside() -> None:
+    recording, motion = bundled("beginner")
+    assert recording.gps is not None
+    motion = replace(motion, stop=float(np.nextafter(recording.gps.time[40], 0.0)))
+    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+    data = path_data(recording, motion, problem.model, prepare(problem.model, motion, step=COARSE_STEP))
+    assert data.time[-1] == recording.gps.time[40]
+    np.testing.assert_array_equal(data.time, problem.track.time)
 
 
 @pytest.mark.long

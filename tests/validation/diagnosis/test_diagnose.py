@@ -24,9 +24,9 @@ from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.number_ref import NumberRef
+from sssi_exudyn.fitting import linear_fit
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
-from sssi_exudyn.fitting import linear_fit
 from sssi_exudyn.fitting.linear_fit import refit
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.observations import predict_fixes, track_of
