@@ -33,12 +33,17 @@ def collect_seldom() -> None:
 
 
 def keep_freed_memory() -> None:
-    """Have freed memory stay with the process, on Linux with glibc; elsewhere do nothing.
+    """Have freed memory stay with the process, on Linux with glibc; elsewhere, and where its addresses are limited
+    (``ulimit -v``), do nothing.
 
     Arrays of some megabytes come and go by the hundred.  Each time the system took their pages back and cleared others:
     a seventh of a fit's computing.
     """
     if not sys.platform.startswith("linux"):
+        return
+    import resource  # here: it is of Unix alone
+
+    if resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY:
         return
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)  # other C libraries have none
     if mallopt is not None:
