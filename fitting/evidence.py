@@ -142,6 +142,13 @@ class _Evidence:
         self.sized = dict(zip(linear.sized, map(slice, ends, ends[1:]), strict=True))
         self.blocks = {name: at for name, at in linear.measurements.blocks.items() if at.stop > at.start}
 
+    def _scales(self, levels: NoiseLevels) -> Array:
+        """Return by how many times each column counts more at these levels."""
+        scales, numbers = np.ones(self.columns.shape[1]), levels.numbers
+        for name, at in self.sized.items():
+            scales[at] = numbers[name]
+        return scales
+
     def sought(self) -> dict[str, LevelPrior]:
         """Return the numbers of the levels of which the measurements say something, and of which not all is given."""
         instruments = [name for name, blocks in BLOCKS_OF.items() if any(block in self.blocks for block in blocks)]
@@ -156,10 +163,7 @@ class _Evidence:
         """Return a function of levels that differ from these by the noise of the fixes' places alone: the log evidence
         there.
         """
-        measurements, scales = self.linear.measurements, np.ones(self.columns.shape[1])
-        for name, at in self.sized.items():
-            scales[at] = levels.numbers[name]
-        columns = self.columns * scales
+        measurements, columns = self.linear.measurements, self.columns * self._scales(levels)
 
         def whitened(name: str, levels: NoiseLevels) -> Array:
             place = self.blocks[name]
@@ -184,10 +188,7 @@ class _Evidence:
         With T the whitened columns' inner products, A their part without the residual plus one on the diagonal and
         w = A⁻¹ T₁₀, a change of T changes the log evidence by −½ tr(M dT), where M = (1, −w)(1, −w)ᵀ + A⁻¹.
         """
-        scales = np.ones(self.columns.shape[1])
-        for name, at in self.sized.items():
-            scales[at] = levels.numbers[name]
-        parts, measurements = {}, self.linear.measurements
+        parts, measurements, scales = {}, self.linear.measurements, self._scales(levels)
         for name, at in self.blocks.items():
             columns = self.columns[at] * scales
             time, scale = measurements.time_of(name), measurements.scale[at]
