@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import one_line
@@ -67,6 +68,7 @@ def _draw_map(paths: Sequence[Array], places: Sequence[str]) -> Callable[[Axes],
                 written.add(place)
                 axes.annotate(place, line[len(line) // 2], xytext=(4, 4), textcoords="offset points", fontsize=11)
         axes.set_aspect("equal", adjustable="datalim")
+        axes.xaxis.set_major_locator(MaxNLocator(5))  # labels of thousands of metres do not touch
         axes.set(xlabel="east (m)", ylabel="north (m)")
 
     return draw
