@@ -80,10 +80,9 @@ class LinearProblem:
 
     def all_free(self, levels: NoiseLevels) -> Freedom:
         """Return everything that may vary."""
-        free = self.free
-        for name, columns in self.sized.items():
-            free = free.with_more(columns, np.full(columns.shape[1], levels.numbers[name]))
-        return free
+        sizes, numbers = [self.free.scales], levels.numbers
+        sizes += [np.full(columns.shape[1], numbers[name]) for name, columns in self.sized.items()]
+        return Freedom(np.hstack([self.free.columns, *self.sized.values()]), np.concatenate(sizes))
 
 
 @dataclass(frozen=True)
