@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.choices import Concealed
-from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.errors import SimulationDiverged, SssiError
 from sssi_exudyn.core.number_ref import CLOCK_OFFSET
 from sssi_exudyn.model.from_recording import first_guess
 from sssi_exudyn.model.model import Model
@@ -39,6 +39,13 @@ from sssi_exudyn.validation.diagnosis.hypotheses.snow.slope_change import OtherI
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.snow_patch import PatchOfSnow
 
 _ATTEMPTS: Final = 10
+_SLOWEST: Final = 2.0
+"""m/s; a skier who gets slower than that has been stopped by the concealed effect.  Recorded turns are skied at 4 m/s
+and more."""
+
+
+class SkierStops(SssiError):
+    """The concealed effect stops the skier within the run: from there on the track says nothing of it."""
 
 
 @dataclass(frozen=True)
@@ -126,14 +133,14 @@ def make(index: int, planned: tuple[str, str, int], bases: list[Recorded], seed:
     """Make the case of that number: simulated by the full model with its concealed effect, and recorded.
 
     ``bases`` are recordings with their movements and fitted models; each case is a stretch of one of them.  A stretch
-    that cannot be simulated (it begins in the air, say) is drawn again.
+    that cannot be simulated (it begins in the air, say) or on which the effect stops the skier is drawn again.
 
-    Raises SimulationDiverged when none of ten can.
+    Raises SimulationDiverged or SkierStops when none of ten can be used.
     """
     for attempt in range(_ATTEMPTS):
         try:
             return _draw(index, planned, bases, np.random.default_rng([seed, 1, index, attempt]))
-        except SimulationDiverged as error:
+        except (SimulationDiverged, SkierStops) as error:
             failure = error
     raise failure
 
@@ -184,9 +191,15 @@ def record(
     rng: np.random.Generator, known: Recorded, motion: Motion, world: Model, instruments: Instruments, delay: float,
     heading: float,
 ) -> Recorded:  # fmt: skip
-    """Record a run of the world with its instruments and the capture."""
+    """Record a run of the world with its instruments and the capture.
+
+    Raises SkierStops where the skier does not ski to the end.
+    """
     recording, stated, fitted = known
     run = simulate(world, motion)
+    speed = np.linalg.norm(run.com_velocity, axis=1)
+    if np.min(speed) < _SLOWEST:
+        raise SkierStops(f"at {run.time[np.argmin(speed)]:.1f} s the skier has {np.min(speed):.1f} m/s left")
     assert run.antenna is not None
     late = world.with_values({CLOCK_OFFSET: delay})
     gps = record_gps(rng, recording, late, run.time, run.antenna, motion, instruments)
