@@ -45,11 +45,11 @@ def skiing_of(recording: Recording) -> Skiing | None:
         return None
     within = gps.between(recording.start, recording.stop)
     time, track = gps.time[within], gps.enu[within]
-    speed = np.linalg.norm(np.diff(track, axis=0), axis=1) / np.diff(time)
+    top = float(np.max(np.linalg.norm(velocity_of(gps), axis=1)[within]))
     turns = (recorded_turns(recording, recording.start, recording.stop) or find_turns(time, track)).turns
     start = stop = None
     if turns:
         first, last = (max(recording.start, turns[0].start - AROUND), min(recording.stop, turns[-1].end + AROUND))
         if first - recording.start > WORTH or recording.stop - last > WORTH:
             start, stop = first, last
-    return Skiing(tuple(TurnSpan(turn.side, turn.start, turn.end) for turn in turns), float(np.max(speed)), start, stop)
+    return Skiing(tuple(TurnSpan(turn.side, turn.start, turn.end) for turn in turns), top, start, stop)

@@ -53,6 +53,7 @@ class TurnSpan:
 class Skiing:
     """Turns and speed of the track.
 
+    top_speed_mps : the receiver's own, else averaged for as long as the fixes' noise requires
     crop_start_s, crop_stop_s : the stretch with turns; None where hardly anything lies outside it
     """
 
