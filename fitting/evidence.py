@@ -20,13 +20,15 @@ from numpy.linalg import LinAlgError
 from numpy.polynomial.hermite import hermgauss
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
-from scipy.optimize import Bounds, minimize
+from scipy.linalg.lapack import dpotri
+from scipy.optimize import Bounds, OptimizeResult, minimize
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import Scale, uneven_covariance
 from sssi_exudyn.fitting.autocorrelated_noise import log_divisors, whiten, whiten_with_slope
 from sssi_exudyn.fitting.noise import BLOCKS_OF, LevelPrior, NoiseLevels, UsualLevels, level_priors, log_prior
 from sssi_exudyn.fitting.observations import Measurements
+from sssi_exudyn.runtime.threads import side_by_side
 
 _UNSEEN: Final = 0.02
 """Standard deviations of all noise together below which a direction of the posture's errors is left out."""
@@ -187,24 +189,27 @@ class _Evidence:
         With T the whitened columns' inner products, A their part without the residual plus one on the diagonal and
         w = A⁻¹ T₁₀, a change of T changes the log evidence by −½ tr(M dT), where M = (1, −w)(1, −w)ᵀ + A⁻¹.
         """
-        parts, measurements, scales = {}, self.linear.measurements, self._scales(levels)
+        measurements, scales = self.linear.measurements, self._scales(levels)
+        columns = self.columns * scales
+        white, slope, by_volume = np.empty_like(columns), np.empty_like(columns), {}
         for name, at in self.blocks.items():
-            columns = self.columns[at] * scales
             time, scale = measurements.time_of(name), measurements.scale[at]
-            parts[name] = whiten_with_slope(time, columns, levels.of(name), scale)
-        total = np.sum([white.T @ white for white, _, _ in parts.values()], axis=0)
-        factor = precision_of(total[1:, 1:], lambda: np.vstack([white[:, 1:] for white, _, _ in parts.values()]))
+            white[at], slope[at], by_volume[name] = whiten_with_slope(time, columns[at], levels.of(name), scale)
+        total = white.T @ white
+        factor = precision_of(total[1:, 1:], lambda: white[:, 1:])
         weights = np.concatenate([[1.0], -cho_solve(factor, total[1:, 0])])
         value = -0.5 * float(total[0] @ weights) - float(np.sum(np.log(np.diag(factor[0]))))
         by_product = np.outer(weights, weights)
-        by_product[1:, 1:] += cho_solve(factor, np.eye(len(total) - 1))
+        by_product[1:, 1:] += _inverse(factor[0])
         slopes = {name: -float(np.sum((by_product * total)[at])) for name, at in self.sized.items()}
         for instrument, blocks in BLOCKS_OF.items():
             slopes[f"{instrument}.sigma"] = slopes[f"{instrument}.correlation_time"] = 0.0
-            for white, slope, by_volume in (parts[name] for name in blocks if name in parts):
-                pulled = white @ by_product
-                slopes[f"{instrument}.sigma"] += float(np.sum(pulled * white)) - len(white)
-                slopes[f"{instrument}.correlation_time"] -= float(np.sum(pulled * slope)) + by_volume
+            for name in blocks:
+                if name in self.blocks:
+                    at = self.blocks[name]
+                    pulled = white[at] @ by_product
+                    slopes[f"{instrument}.sigma"] += float(np.vdot(pulled, white[at])) - len(pulled)
+                    slopes[f"{instrument}.correlation_time"] -= float(np.vdot(pulled, slope[at])) + by_volume[name]
         return value - log_volume(self.linear, levels), slopes
 
 
@@ -236,13 +241,14 @@ def best_levels(linear: LinearProblem, start: NoiseLevels, extra: Freedom | None
 
     bounds = Bounds(np.log([prior.low for prior in priors]), np.log([prior.high for prior in priors]))
     begins = {begin.tobytes(): begin for begin in (np.log([start.numbers[name] for name in names]), middle)}
-    searches = [
-        minimize(
+
+    def search(begin: Array) -> OptimizeResult:
+        return minimize(
             minus, np.clip(begin, bounds.lb, bounds.ub), jac=True, method="L-BFGS-B", bounds=bounds,
             options={"maxiter": _ROUNDS, "ftol": _TOLERANCE},
-        )
-        for begin in begins.values()
-    ]  # fmt: skip
+        )  # fmt: skip
+
+    searches = side_by_side(search, begins.values())
     best = min(searches, key=lambda search: float(search.fun))
     return levels_at(best.x), -float(best.fun)
 
@@ -319,6 +325,13 @@ def precision_of(squares: Array, columns: Callable[[], Array]) -> tuple[Array, b
     except LinAlgError:  # the squares of columns whose sizes are far apart have no digits left for the one
         factor = np.linalg.qr(np.vstack([columns(), one]), mode="r")
         return np.asarray(factor * np.sign(np.diag(factor))[:, None]).T, True
+
+
+def _inverse(lower: Array) -> Array:
+    """Return A⁻¹ (k, k), where A = L Lᵀ and ``lower`` (k, k) holds L."""
+    inverse, _ = dpotri(lower, lower=1)
+    below = np.tril(inverse)
+    return np.asarray(below + np.tril(below, -1).T)
 
 
 @dataclass(frozen=True)
