@@ -18,6 +18,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache
+from sssi_exudyn.runtime.threads import both
 from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES, STEADY_LAWS
@@ -90,13 +91,16 @@ def diagnose(
         after = state.estimate
     before = before if accepted else after
     estimates = None if before is None or after is None else (before, after)
-    diagnosis, figures = describe(recording.name, problem, state, first, base, rounds, accepted, estimates)
+    (diagnosis, figures), result = both(  # on a core each
+        partial(describe, recording.name, problem, state, first, base, rounds, accepted, estimates),
+        partial(simulate, base.model if after is None else after.model, motion) if full else lambda: None,
+    )
     return SearchResult(
         diagnosis=diagnosis,
         first=first,
         fit=base,
         posterior=after,
-        result=simulate(base.model if after is None else after.model, motion) if full else None,
+        result=result,
         noise=state.levels,
         rounds=tuple(rounds),
         figures=figures,
