@@ -83,7 +83,7 @@ class Thresholds:
         12.0,
         reason="log evidence by which a hypothesis is worse than the best where it is not refitted, and gain from "
         "which responses are no longer linear",
-        on="unknown: before 8aabea3",
+        on="unknown: before 8aabea3; for the laws of a day seeds 1 and 2",
     )
     half_explained: float = chosen(
         0.5,
@@ -156,8 +156,6 @@ class Thresholds:
     windows: tuple[int, ...] = chosen(
         (1, 3, 6), reason="cells of the windows in which a force may stand out", on="unknown: before 4194aff"
     )
-    placebo_size: float = chosen(60.0, reason="N; of a placebo, as a missing force usually is", on=_NO_DATA)
-    placebo_memory: float = chosen(0.8, reason="s; of a placebo, as a missing force usually has", on=_NO_DATA)
 
     # What the form of a finding may be wrong by
     form: float = chosen(
@@ -166,10 +164,6 @@ class Thresholds:
         "and edges of patches differ by some tenths",
         on="no data; tried on seeds 9901 and 9905",
     )
-    form_size: float = chosen(
-        180.0, reason="N; of the force that does what a finding does: a strong one, as it is there", on=_NO_DATA
-    )
-    form_memory: float = chosen(0.3, reason="s; short, so that it follows any form", on=_NO_DATA)
     form_negligible: float = chosen(
         0.05, reason="share of the largest force below which a cell has no form error", on="unknown: before d0ed7fc"
     )
@@ -239,9 +233,6 @@ class Thresholds:
     listed_measurements: int = chosen(3, reason="measurements that are listed: a reader does one of them", on=_NO_DATA)
 
     # Several runs of one day
-    day_worthwhile: float = chosen(
-        12.0, reason="log evidence by which a law is worse than the best where it is not fitted", on="day seeds 1 and 2"
-    )
     day_finalists: int = chosen(4, reason="laws that are fitted to all runs: each takes some minutes", on=_NO_DATA)
     day_held: float = chosen(
         1e-3,
@@ -280,6 +271,17 @@ class Thresholds:
     same_time: float = chosen(
         0.3, reason="share of the time of two things together that both act, from which they may be one", on=_NO_DATA
     )
+
+    @property
+    def usual_force(self) -> tuple[float, float]:
+        """Return size (N) and memory (s) of a missing force as it usually is: those in the middle."""
+        sizes, memories = self.force_sizes, self.force_memories
+        return sizes[(len(sizes) - 1) // 2], memories[(len(memories) - 1) // 2]
+
+    @property
+    def following_force(self) -> tuple[float, float]:
+        """Return size (N) and memory (s) of a force that follows any other: the strongest, and the shortest."""
+        return self.force_sizes[-1], self.force_memories[0]
 
     @property
     def spread(self) -> float:

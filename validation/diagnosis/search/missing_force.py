@@ -221,8 +221,8 @@ def placebos(fitted: FittedRun, responses: Array) -> Array:
     """Return (N, ``PLACEBOS``) what forces do that are drawn at random, as large and as lasting as a missing one may
     be; ``responses`` as in ``missing_force``.
     """
-    edges, usual = fitted.time_edges, (fitted.thresholds.placebo_size, fitted.thresholds.placebo_memory)
-    lower = np.linalg.cholesky(latent_covariance(0.5 * (edges[1:] + edges[:-1]), *usual))
+    edges = fitted.time_edges
+    lower = np.linalg.cholesky(latent_covariance(0.5 * (edges[1:] + edges[:-1]), *fitted.thresholds.usual_force))
     draws = np.random.default_rng(PLACEBO_SEED).normal(size=(lower.shape[0], PLACEBOS))
     return np.asarray(responses @ (lower @ draws))
 

@@ -308,7 +308,7 @@ def compare_for_day(runs_alone: Sequence[SeparateFit], progress: Advance = silen
     ranked = sorted(range(1, len(laws)), key=lambda i: -linearly[i].evidence)
     finalists = [
         0,
-        *(i for i in ranked[: thresholds.day_finalists] if linearly[i].evidence > best - thresholds.day_worthwhile),
+        *(i for i in ranked[: thresholds.day_finalists] if linearly[i].evidence > best - thresholds.worthwhile),
     ]
     fitted_laws: dict[int, Joint] = {}
     for i in finalists:
