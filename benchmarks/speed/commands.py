@@ -89,20 +89,29 @@ def worktree(revision: str) -> Iterator[Path]:
             subprocess.run(["git", "-C", ROOT, "worktree", "remove", "--force", path], check=True)
 
 
+def run_measured(words: Sequence[str], root: Path = ROOT) -> tuple[Cost, str]:
+    """Return what the program in ``root`` took, and the last line of its errors where it failed."""
+    command = [sys.executable, "-m", "sssi_exudyn", *words]
+    with tempfile.TemporaryFile("w+") as errors:
+        begin = time.perf_counter()
+        process = subprocess.Popen(
+            command, cwd=root, env=os.environ | {"PYTHONPATH": str(root)}, stdout=subprocess.DEVNULL, stderr=errors
+        )
+        _, status, usage = os.wait4(process.pid, 0)
+        wall = time.perf_counter() - begin
+        errors.seek(0)
+        said = errors.read().strip().splitlines() if status else []
+    cost = Cost(wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / MEGABYTE)
+    return cost, said[-1] if said else f"exit status {status}" if status else ""
+
+
 def cost_of(root: Path, command: str, recording: Path, options: Sequence[str] = ()) -> Cost:
     """Run a command of the program in ``root``.  Raises RuntimeError where it fails."""
     with tempfile.TemporaryDirectory() as folder:
-        words = [sys.executable, "-m", "sssi_exudyn", command, str(recording), "--out", f"{folder}/out", *options]
-        begin = time.perf_counter()
-        process = subprocess.Popen(
-            words, cwd=root, env=os.environ | {"PYTHONPATH": str(root)},
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
-        _, status, usage = os.wait4(process.pid, 0)
-        wall = time.perf_counter() - begin
-    if status:
-        raise RuntimeError(f"{' '.join(words)} failed in {root}")
-    return Cost(wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / MEGABYTE)
+        cost, said = run_measured([command, str(recording), "--out", f"{folder}/out", *options], root)
+    if said:
+        raise RuntimeError(f"{command} {recording} failed in {root}: {said}")
+    return cost
 
 
 def machine_speed() -> float:

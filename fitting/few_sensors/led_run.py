@@ -42,7 +42,7 @@ _START: Final = (0.5, 2.0)
 """Standard deviations of the start: its place over the fixes' own, and m/s of its speed."""
 _STEP: Final = 0.5
 """s between the instants of the smoother at most; turns last two and more."""
-_SPACING: Final = 2.5
+SPACING: Final = 2.5
 """s between the knots of braking and heading that the model gets: half of what they are correlated over."""
 _ROUNDS: Final = 3
 """Runs that are led, each about the one before: the third moves places by less than the fixes' noise."""
@@ -190,7 +190,7 @@ def _smooth(chain: _Chain, seen: Array, fixes: Fixes) -> Array:
 
 def _on_knots(time: Array, state: Array) -> tuple[Array, Array]:
     """Return knots (k,) s, and the state with turn and braking as broken lines through values at these knots."""
-    knots = np.linspace(time[0], time[-1], max(2, round(float(np.ptp(time)) / _SPACING) + 1))
+    knots = np.linspace(time[0], time[-1], max(2, round(float(np.ptp(time)) / SPACING) + 1))
     lines = make_lsq_spline(time, state[:, [_TURN, _BRAKE]], np.r_[knots[0], knots, knots[-1]], k=1).c
     about = quantities(Braking)["delta_mu"]
     lines[:, 1] = np.clip(lines[:, 1], about.low, about.high)

@@ -27,6 +27,9 @@ SHORTEST_FIT: Final = 2.0
 """s; the shortest stretch of a run that a fit can use: one turn."""
 SHORTEST_RUN: Final = 0.1
 """s; the shortest stretch that is simulated."""
+LONGEST_RUN: Final = 1200.0
+"""s; the longest stretch that is simulated: the longest descents of the Alps take less without a stop, and a second of
+run takes 5 to 9 MB."""
 
 
 def inspect(folder: Path, out: Path | None = None) -> Inspection:
@@ -108,7 +111,8 @@ def read_folder(
 ) -> tuple[Recording, Motion]:
     """Read a recording, unless it is one already, and its motion; both end at ``seconds``, where these are given.
 
-    Raises InputError where something in it is wrong, and for a stretch outside of it or shorter than ``shortest`` (s).
+    Raises InputError where something in it is wrong, and for a stretch outside of it, shorter than ``shortest`` (s) or
+    longer than ``LONGEST_RUN``.
     """
     from sssi_exudyn.motion.from_recording import motion_from_recording
 
@@ -116,9 +120,18 @@ def read_folder(
         recording = source if isinstance(source, Recording) else read_recording(source)
         if seconds is not None:
             recording = _stretch(recording, *seconds, shortest)
+        _check_length(recording)
         motion = motion_from_recording(recording)
         stage.advance(1.0, f"{motion.stop - motion.start:.1f} s of {recording.name}")
     return recording, motion
+
+
+def _check_length(recording: Recording) -> None:
+    """Raise InputError for a recording that is longer than what is simulated at once."""
+    length = recording.stop - recording.start
+    if length > LONGEST_RUN:
+        problem = f"{length:.0f} s are more than the {LONGEST_RUN:.0f} s that are simulated at once"
+        raise InputError(recording.folder, "", problem, "take a part of it with --seconds BEGIN:END")
 
 
 def _stretch(recording: Recording, begin: float, end: float, shortest: float) -> Recording:

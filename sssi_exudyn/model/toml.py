@@ -40,8 +40,8 @@ _KEYS: Final = {
     "solver": ("preset", *quantities(Solver)),
 }
 """Keys of the tables that are always there; the readers of other tables check their own."""
-_MOST_PARTS: Final = 100
-"""Maximum number of terms, or of sensors, in a model."""
+_MOST_PARTS: Final = 1000
+"""Maximum number of terms, or of sensors, in a model: by few sensors it has a term of braking every 2.5 s."""
 
 
 def model_to_dict(model: Model) -> dict[str, Any]:

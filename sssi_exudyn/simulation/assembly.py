@@ -192,15 +192,16 @@ class Parts:
 
     def _in_stretches(self, at: Callable[[Motion, Carried, Array], Table], time: Array) -> Table:
         """Return a table ``at`` all times, a stretch at a time: intermediate arrays are far larger than those kept."""
-        stretches = np.array_split(time, max(1, -(-len(time) // _STRETCH)))
         gear = self.model.equipment
         carried = Carried(self.inertias, tuple(self.areas), gear.boot_centre, gear.ramp_angle)
-        tables = [at(self.motion, carried, part) for part in stretches]
-        kept = {
-            entry.name: np.ascontiguousarray(np.concatenate([getattr(table, entry.name) for table in tables]))
-            for entry in fields(tables[0])
-        }
-        whole = replace(tables[0], **kept)
+        kept: dict[str, Array] = {}
+        for first in range(0, len(time), _STRETCH):
+            rows = slice(first, first + _STRETCH)
+            table = at(self.motion, carried, time[rows])
+            for entry in fields(table):  # copied, as they may be parts of such intermediate arrays
+                column: Array = getattr(table, entry.name)
+                kept.setdefault(entry.name, np.empty((len(time), *column.shape[1:])))[rows] = column
+        whole = replace(table, **kept)
         if not any(isinstance(term, PostureAir) for term in self.model.terms):
             return whole
         return replace(whole, exposed_facing=self.facing(time))

@@ -83,8 +83,10 @@ class PostureTable(MovementTable):
     exposed_jacobian: Array
 
     def rows(self, rows: NDArray[np.intp]) -> PostureTable:
-        """Return the posture at some of the times."""
-        return PostureTable(**{entry.name: getattr(self, entry.name)[rows] for entry in fields(self)})
+        """Return the posture at some of the times; at times that follow each other its arrays are parts of these."""
+        consecutive = len(rows) > 0 and bool(np.all(np.diff(rows) == 1))
+        at = slice(int(rows[0]), int(rows[-1]) + 1) if consecutive else rows
+        return PostureTable(**{entry.name: getattr(self, entry.name)[at] for entry in fields(self)})
 
     def turn(self, turn: Turn, body_mass: float) -> PostureTable:
         """Return the same posture turned about gravity; ``body_mass`` (kg) is what has ``kinetic`` energy."""

@@ -214,6 +214,12 @@ def test_what_is_no_stretch_is_said(given: Any) -> None:
         sssi_exudyn.simulate(bundled("beginner")[0], seconds=given)
 
 
+def test_a_run_too_long_to_be_simulated_is_refused_before_anything_is_computed() -> None:
+    whole = bundled("beginner")[0]
+    with pytest.raises(InputError, match=r"1989 s are more than the 1200 s .* --seconds BEGIN:END"):
+        sssi_exudyn.simulate(replace(whole, stop=2000.0 - whole.start - 11.0))
+
+
 @pytest.mark.long
 @pytest.mark.usefixtures("words_only")
 def test_one_worker_of_a_sweep_works_in_this_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
