@@ -195,7 +195,7 @@ class Parts:
         gear = self.model.equipment
         carried = Carried(self.inertias, tuple(self.areas), gear.boot_centre, gear.ramp_angle)
         kept: dict[str, Array] = {}
-        for first in range(0, len(time), _STRETCH):
+        for first in range(0, max(1, len(time)), _STRETCH):
             rows = slice(first, first + _STRETCH)
             table = at(self.motion, carried, time[rows])
             for entry in fields(table):  # copied, as they may be parts of such intermediate arrays
