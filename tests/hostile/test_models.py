@@ -93,7 +93,7 @@ MODELS: dict[str, tuple[Callable[[str], str], str]] = {
     ),
     "terms as numbers": (lambda t: t.replace("term = [", "term = [1,"), "must be tables"),
     "sensor as text": (lambda t: t.replace("sensor = []", 'sensor = "gps"'), "must be tables"),
-    "thousands of terms": (lambda t: t.replace("term = [", "term = [" + '{name = "air"},' * 500), "more than any"),
+    "thousands of terms": (lambda t: t.replace("term = [", "term = [" + '{name = "air"},' * 2000), "more than any"),
     "sex": (lambda t: t.replace('sex = "male"', 'sex = "x"'), "anthropometric"),
     "skis as number": (lambda t: t.replace('skis = "slalom_165"', "skis = 3"), "not a text"),
     "skis lighter than the ski": (lambda t: t.replace("ski_mass_kg = 2.4", "ski_mass_kg = 0.9"), "less than"),
