@@ -1,5 +1,5 @@
 """Names by a classifier that learned from worlds of a recording, by tempered evidence, and by both, on the same hidden
-effects.
+effects; next to them what the best possible method would say.
 
     python benchmarks/worlds.py examples/beginner:0:6.5 examples/intermediate:2:6.5 [--seed 48001] [--draws 12]
 
@@ -8,6 +8,9 @@ which has the law of its hypothesis, act in the fitted run at all four sizes.  W
 thousandth of each, since about an estimate of its own friction has taken up most of an effect.  Errors of the posture,
 the snow and the instruments are linear, too, with noise.  Nothing of these effects was in the training.  No slope has a
 roll of its own here.  The diagnosis itself refits and estimates again, which is not done here.
+
+As in a diagnosis a run is weighed among worlds in which about as much is hidden as it shows; runs that show nearly the
+same share these.  Clear effects that are in no list are weighed by worlds without the families like theirs, too.
 """
 
 from __future__ import annotations
@@ -15,12 +18,15 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
 from sssi_exudyn.commands.recordings import SILENT, read_folder
@@ -42,11 +48,18 @@ from sssi_exudyn.validation.diagnosis.search.probabilities import probabilities
 from sssi_exudyn.validation.diagnosis.state import first_fit, fitted_run, linear_model
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 from sssi_exudyn.validation.diagnosis.worlds.best_possible import log_shape_factors
-from sssi_exudyn.validation.diagnosis.worlds.catalogue import NOT_IN_THE_LIST, TWO_AT_ONCE, Answer, answers_of
+from sssi_exudyn.validation.diagnosis.worlds.catalogue import (
+    NOT_IN_THE_LIST,
+    TWO_AT_ONCE,
+    UNLISTED,
+    Answer,
+    answers_of,
+)
 from sssi_exudyn.validation.diagnosis.worlds.classifier import learn
 from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import Wanted, draw_worlds, known_of, observe
 from sssi_exudyn.validation.diagnosis.worlds.features import Features
-from sssi_exudyn.validation.diagnosis.worlds.geometry import geometry_of
+from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry, geometry_of
+from sssi_exudyn.validation.diagnosis.worlds.judge import shown_strengths, strengths_about
 
 EVEN: Final = replace(THRESHOLDS, natural=0.0)
 CLEAR: Final = 8.0
@@ -54,6 +67,8 @@ CLEAR: Final = 8.0
 NOTHING_SHARE: Final = 4
 """Draws with nothing hidden, for each of an effect."""
 WEIGHERS: Final = ("tempered evidence", "evidence as it is", "worlds", "both", "best possible")
+SHOWN: Final = (0.0, 2.0, 4.0, 6.0, 8.0, 12.0, 20.0, 40.0, np.inf)
+"""Standard errors between which runs share their worlds."""
 SHAPES: Final = 150
 """Further draws of each effect by which the best possible method knows its shapes."""
 NOISIER: Final = 1.3
@@ -61,83 +76,176 @@ NOISIER: Final = 1.3
 SMALL: Final = 1e-4
 """Share of an effect by which its linear response is measured: a hundredth of a compaction moves the track by 0.6 m."""
 LISTED: Final = (*PHYSICS, *SENSOR)
+COUSINS: Final = {
+    "external_push": {"Pulse", "WanderingForce"},
+    "one_ski_slow": {"OneSki", "unexplained_friction", "unexplained_drag"},
+    "edge_bite": {"OneSki", "unexplained_friction", "unexplained_drag"},
+    "warming_snow": {"CourseOfFriction", "PowerOfSpeed"},
+    "lift": {"CourseOfFriction", "PowerOfSpeed"},
+    "ruts": {"AlternatingForce", "CourseOfFriction"},
+}
+"""Families, and hypotheses without a cause, that are like an effect of no list."""
+REPEATS: Final = 2000
+"""Draws of stretches for an interval."""
 
 Row = tuple[str, float, float, str, float, bool, float]
 """What is hidden in a run and its strength; probabilities of nothing and of the best name; whether that is right; the
 probability of the truth.
 """
+Named = tuple[list[str], Array]
+"""Names, and the probabilities (D, names) of runs."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A part of a recording, fitted and linearised."""
+
+    fitted: FittedRun
+    geometry: Geometry
+    known: Uncertain
+
+    def white(self, moved: Array) -> Array:
+        """Return what is ``moved`` (N, D) in units of noise."""
+        return whiten_columns(self.geometry.linear, self.geometry.levels, moved)
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """Runs of one stretch: what is hidden in each, its strength, and each weigher's probabilities by name."""
+    """Runs of one stretch: what is hidden in each, its strength, and each weigher's probabilities by name.
+
+    left_out : which runs were weighed by worlds without the families like theirs, too, and their probabilities
+    """
 
     hidden: list[str]
     strength: Array
-    weighed: dict[str, tuple[list[str], Array]]
+    weighed: dict[str, Named]
+    left_out: tuple[NDArray[np.int_], Named]
     outside: Array
     seconds: float
 
 
-def hidden_effects(fitted: FittedRun, draws: int, rng: np.random.Generator) -> tuple[list[str], Array]:
-    """Return names (D,) of hidden effects and what they do to the measurements (N, D)."""
-    plain, names, columns = plain_run(fitted.run), [NOTHING_MISSING] * (NOTHING_SHARE * draws), []
-    turned = responses_of(BY_NAME[HeadingMisalignment.name].probes(fitted), fitted.prepared, fitted.measurements)
-    for name, make in EFFECTS.items():
-        for _ in range(draws):
-            size = SIZES[int(rng.integers(len(SIZES)))] * float(rng.uniform(0.85, 1.15))
-            effect = make(rng, SMALL * size, plain)
-            model = replace(
-                fitted.model,
-                terms=(*fitted.model.terms, *effect.terms),
-                sensors=(*fitted.model.sensors, *effect.sensors),
-            )
-            model = model.with_values({CLOCK_OFFSET: model.value(CLOCK_OFFSET) + effect.delay})
-            try:
-                moved = fitted.measurements.predict(model, simulate_reduced(model, fitted.prepared))
-            except SimulationDiverged:
-                continue
-            names.append(name)
-            columns.append((moved - fitted.prediction + effect.heading * turned[:, 0]) / SMALL)
-    nothing = np.zeros((len(fitted.prediction), NOTHING_SHARE * draws))
-    return names, np.column_stack([nothing, *columns])
-
-
-def draw_and_weigh(folder: str, begin: float, long: float, seed: int, draws: int) -> Drawn:
-    """Return hidden effects in a stretch of a recording, weighed in each way."""
+def fit_stretch(stretch: str) -> Stretch:
+    """Fit a stretch, FOLDER:SECONDS_LEFT_OUT:SECONDS, by the reduced model."""
+    folder, begin, long = stretch.split(":")
     recording, motion = read_folder(Path(folder), SILENT)
-    first = motion.start + begin
-    motion = replace(motion, start=first, stop=min(motion.stop, first + long))
+    first = motion.start + float(begin)
+    motion = replace(motion, start=first, stop=min(motion.stop, first + float(long)))
     problem, state, fit = first_fit(diagnosis_problem(recording, motion, model_of(recording, motion)))
     fitted, linear = fitted_run(problem, state, fit), linear_model(problem, state, fit)
     responses = {h.name: responses_of(h.probes(fitted), fitted.prepared, fitted.measurements) for h in HYPOTHESES}
     waves = 0.0 if problem.ground is None else problem.ground.amplitude * state.levels.surface
     geometry = geometry_of(linear, state.levels, fitted, HYPOTHESES, responses, waves)
-    known, rng = known_of(geometry), np.random.default_rng(seed)
-    hidden, moved = hidden_effects(fitted, draws, rng)
+    return Stretch(fitted, geometry, known_of(geometry))
+
+
+def moved_by(fitted: FittedRun, name: str, sizes: Sequence[float], draws: int, rng: np.random.Generator) -> Array:
+    """Return what ``draws`` of an effect, each of one of ``sizes``, do to the measurements, (N, at most draws): those
+    that cannot be simulated are left out.
+    """
+    plain, columns = plain_run(fitted.run), [np.zeros((len(fitted.prediction), 0))]
+    turned = responses_of(BY_NAME[HeadingMisalignment.name].probes(fitted), fitted.prepared, fitted.measurements)
+    for _ in range(draws):
+        size = sizes[int(rng.integers(len(sizes)))] * float(rng.uniform(0.85, 1.15))
+        effect = EFFECTS[name](rng, SMALL * size, plain)
+        model = replace(
+            fitted.model, terms=(*fitted.model.terms, *effect.terms), sensors=(*fitted.model.sensors, *effect.sensors)
+        )
+        model = model.with_values({CLOCK_OFFSET: model.value(CLOCK_OFFSET) + effect.delay})
+        try:
+            moved = fitted.measurements.predict(model, simulate_reduced(model, fitted.prepared))
+        except SimulationDiverged:
+            continue
+        columns.append((moved - fitted.prediction + effect.heading * turned[:, 0])[:, None] / SMALL)
+    return np.hstack(columns)
+
+
+def hidden_effects(fitted: FittedRun, draws: int, rng: np.random.Generator) -> tuple[list[str], Array]:
+    """Return names (D,) of hidden effects and what they do to the measurements (N, D)."""
+    nothing = NOTHING_SHARE * draws
+    names, columns = [NOTHING_MISSING] * nothing, [np.zeros((len(fitted.prediction), nothing))]
+    for name in EFFECTS:
+        columns.append(moved_by(fitted, name, SIZES, draws, rng))
+        names += [name] * columns[-1].shape[1]
+    return names, np.hstack(columns)
+
+
+def draw_and_weigh(stretch: Stretch, seed: int, draws: int) -> Drawn:
+    """Return hidden effects in a stretch of a recording, weighed in each way."""
+    geometry, known, rng = stretch.geometry, stretch.known, np.random.default_rng(seed)
+    hidden, moved = hidden_effects(stretch.fitted, draws, rng)
     worlds = observe(geometry, known, np.zeros(len(hidden), dtype=int), moved, rng)
     begun = time.process_time()
     features = Features(geometry, known, EVEN)
-    answers = answers_of(geometry, HYPOTHESES, EVEN)
-    examples = draw_worlds(
-        geometry, known, answers, THRESHOLDS.worlds, np.random.default_rng(1), Wanted(features, THRESHOLDS.world_same)
+    evidence, table, shown = (
+        features.evidence(worlds.rest),
+        features(worlds.rest),
+        shown_strengths(features, worlds.rest),
     )
-    counted = np.bincount(examples.labels, minlength=len(answers)) / examples.tried
-    classifier = learn(features(examples.rest), examples.labels, counted * [a.prior for a in answers], 1)
+    answers = answers_of(geometry, HYPOTHESES, EVEN)
+    names = [answer.name for answer in answers]
+    by_worlds, outside = np.zeros((len(hidden), len(answers))), np.zeros(len(hidden))
+    for low, high in pairwise(SHOWN):
+        mine = np.flatnonzero((shown >= low) & (shown < high))
+        if len(mine):
+            by_worlds[mine], outside[mine] = _by_worlds(stretch, features, answers, table[mine], shown[mine])
     seconds = time.process_time() - begun
-    table, evidence = features(worlds.rest), features.evidence(worlds.rest)
-    by_worlds = [answer.name for answer in answers], classifier.probabilities(table)
-    names, tempered, plain = _by_evidence(evidence)
-    shapes, moves = hidden_effects(fitted, SHAPES, np.random.default_rng([seed, 1]))
-    ceiling = best_possible(shapes, whiten_columns(linear, state.levels, moves), known, worlds.rest, answers)
-    ways = (names, tempered), (names, plain), by_worlds, _by_both((names, tempered), by_worlds), ceiling
-    weighed = dict(zip(WEIGHERS, ways, strict=True))
-    return Drawn(hidden, worlds.strength, weighed, classifier.outside(table), seconds)
+    fits, tempered, plain = _by_evidence(evidence)
+    shapes, moves = hidden_effects(stretch.fitted, SHAPES, np.random.default_rng([seed, 1]))
+    ceiling = best_possible(shapes, stretch.white(moves), known, worlds.rest, answers)
+    ways = (fits, tempered), (fits, plain), (names, by_worlds), _by_both((fits, tempered), (names, by_worlds)), ceiling
+    clear = np.flatnonzero([name in UNKNOWN and s >= CLEAR for name, s in zip(hidden, worlds.strength, strict=True)])
+    left_out = _by_strangers(stretch, features, hidden, clear, table, shown)
+    both = _by_both((fits, tempered[clear]), left_out)
+    return Drawn(hidden, worlds.strength, dict(zip(WEIGHERS, ways, strict=True)), (clear, both), outside, seconds)
+
+
+def _by_worlds(
+    stretch: Stretch, features: Features, answers: Sequence[Answer], table: Array, shown: Array
+) -> tuple[Array, Array]:
+    """Return probabilities (D, answers) of runs by worlds as strong as what these show (D,), and the shares (D,) of
+    worlds that are as far from the middle of their kind.
+    """
+    wanted = Wanted(features, THRESHOLDS.world_same, strengths_about(shown))
+    rng = np.random.default_rng(1)
+    examples = draw_worlds(stretch.geometry, stretch.known, answers, THRESHOLDS.worlds, rng, wanted)
+    counted = np.bincount(examples.labels, minlength=len(answers))
+    learned = np.flatnonzero(counted >= 20)
+    mine = np.isin(examples.labels, learned)
+    priors = (counted / np.maximum(examples.tried, 1) * [answer.prior for answer in answers])[learned]
+    labels = np.searchsorted(learned, examples.labels[mine])
+    classifier = learn(features(examples.rest[:, mine]), labels, priors, 1)
+    weighed = np.zeros((len(table), len(answers)))
+    weighed[:, learned] = classifier.probabilities(table)
+    return weighed, classifier.outside(table)
+
+
+def _by_strangers(
+    stretch: Stretch,
+    features: Features,
+    hidden: Sequence[str],
+    clear: NDArray[np.int_],
+    table: Array,
+    shown: Array,
+) -> Named:
+    """Return names and probabilities of ``clear`` runs of no list by worlds without the families like theirs."""
+    names: list[str] = []
+    rows: dict[int, Array] = {}
+    for kept_away in {frozenset(COUSINS[hidden[i]]) for i in clear}:
+        unlisted = [family for family in UNLISTED if type(family).__name__ not in kept_away]
+        hypotheses = [hypothesis for hypothesis in HYPOTHESES if hypothesis.name not in kept_away]
+        answers = answers_of(stretch.geometry, hypotheses, EVEN, unlisted)
+        names = [answer.name for answer in answers]
+        for low, high in pairwise(SHOWN):
+            mine = [int(i) for i in clear if frozenset(COUSINS[hidden[i]]) == kept_away and low <= shown[i] < high]
+            if mine:
+                weighed = _by_worlds(stretch, features, answers, table[mine], shown[mine])[0]
+                rows |= dict(zip(mine, weighed, strict=True))
+    return names, np.array([rows[int(i)] for i in clear]).reshape(len(clear), len(names))
 
 
 def best_possible(
     hidden: Sequence[str], moved: Array, known: Uncertain, rest: Array, answers: Sequence[Answer]
-) -> tuple[list[str], Array]:
+) -> Named:
     """Return names and (D, names) probabilities of runs with ``rest`` (N, D), by Bayes' rule on effects whose names
     (J,) are ``hidden`` and which do ``moved`` (N, J), in units of noise.
 
@@ -157,7 +265,7 @@ def best_possible(
     return names, np.asarray(softmax(weighed, axis=1))
 
 
-def _by_evidence(evidence: dict[str, Array]) -> tuple[list[str], Array, Array]:
+def _by_evidence(evidence: Mapping[str, Array]) -> tuple[list[str], Array, Array]:
     """Return names and (D, names) probabilities by the diagnosis' own weighing, and by evidence without temper."""
     laws = [h.name for h in HYPOTHESES if h.name in evidence]
     values = {name: evidence[name] for name in laws}
@@ -178,14 +286,15 @@ def _by_evidence(evidence: dict[str, Array]) -> tuple[list[str], Array, Array]:
     return [NOTHING_MISSING, *laws], tempered, plain
 
 
-def _by_both(tempered: tuple[list[str], Array], by_worlds: tuple[list[str], Array]) -> tuple[list[str], Array]:
+def _by_both(tempered: Named, by_worlds: Named) -> Named:
     """Return names and (D, names) probabilities as ``worlds.weigh`` makes them of both, what has no cause as one."""
     names = [name for name in by_worlds[0] if name != TWO_AT_ONCE]
     of_fits, of_worlds = (np.zeros((len(table), len(names))) for _, table in (tempered, by_worlds))
     for name, column in zip(tempered[0], tempered[1].T, strict=True):
         unknown = name in BY_NAME and BY_NAME[name].kind == "unexplained"
-        of_fits[:, names.index(NOT_IN_THE_LIST if unknown else name)] += column
-    laws = np.array([name not in {NOTHING_MISSING, NOT_IN_THE_LIST} for name in names])
+        if names:
+            of_fits[:, names.index(NOT_IN_THE_LIST if unknown else name)] += column
+    laws = np.array([name not in {NOTHING_MISSING, NOT_IN_THE_LIST} for name in names], dtype=bool)
     share = np.where(laws, of_fits, 0.0)
     share /= share.sum(axis=1, keepdims=True)
     for name, column in zip(by_worlds[0], by_worlds[1].T, strict=True):
@@ -203,50 +312,93 @@ def answer_of(hidden: str, names: Sequence[str]) -> list[int]:
     return [i for i, name in enumerate(names) if name == hidden]
 
 
-def figures(runs: Sequence[Drawn], weigher: str) -> dict[str, float]:
-    """Return the figures of a weigher over the runs of all stretches."""
-    rows: list[Row] = []
-    for run in runs:
-        names, table = run.weighed[weigher]
-        unknown = answer_of(next(iter(UNKNOWN)), names)
-        for hidden, strength, p in zip(run.hidden, run.strength, table, strict=True):
-            together = {name: float(p[i]) for i, name in enumerate(names) if i not in unknown}
-            together[NOT_IN_THE_LIST] = float(p[unknown].sum())
-            nothing = together.pop(NOTHING_MISSING)
-            best = max(together, key=lambda name: together[name])
-            true = NOT_IN_THE_LIST if hidden in UNKNOWN else hidden
-            p_true = nothing if hidden == NOTHING_MISSING else together.get(true, 0.0)
-            rows.append((hidden, float(strength), nothing, best, together[best], best == true, p_true))
+def rows_of(hidden: Sequence[str], strength: Array, weighed: Named) -> list[Row]:
+    """Return a row for each run, what has no cause as one name."""
+    names, table = weighed
+    unknown, rows = answer_of(next(iter(UNKNOWN)), names), []
+    for name, strong, p in zip(hidden, strength, table, strict=True):
+        together = {other: float(p[i]) for i, other in enumerate(names) if i not in unknown}
+        together[NOT_IN_THE_LIST] = float(p[unknown].sum())
+        nothing = together.pop(NOTHING_MISSING)
+        best = max(together, key=lambda other: together[other])
+        true = NOT_IN_THE_LIST if name in UNKNOWN else name
+        p_true = nothing if name == NOTHING_MISSING else together.get(true, 0.0)
+        rows.append((name, float(strong), nothing, best, together[best], best == true, p_true))
+    return rows
 
-    def share(of: Callable[[Row], bool], among: Callable[[Row], bool]) -> float:
-        chosen = [of(row) for row in rows if among(row)]
-        return round(float(np.mean(chosen)), 3) if chosen else float("nan")
 
-    def is_found(row: Row) -> bool:
-        return bool(row[2] <= THRESHOLDS.stands_out)
+def is_found(row: Row) -> bool:
+    """Tell whether a run has a finding."""
+    return bool(row[2] <= THRESHOLDS.stands_out)
 
-    def clear(names: Sequence[str]) -> Callable[[Row], bool]:
-        return lambda row: row[0] in names and row[1] >= CLEAR
 
-    def said(row: Row) -> bool:
-        return is_found(row) and row[4] > THRESHOLDS.sure
+def _is_clear(names: Sequence[str]) -> Callable[[Row], bool]:
+    return lambda row: row[0] in names and row[1] >= CLEAR
 
-    def something(row: Row) -> bool:
-        return bool(row[0] != NOTHING_MISSING)
 
-    return {
-        "nothing hidden, found": share(is_found, lambda row: row[0] == NOTHING_MISSING),
-        "clear listed": sum(clear(LISTED)(row) for row in rows),
-        "found and right first": share(lambda row: is_found(row) and row[5], clear(LISTED)),
-        "of physics": share(lambda row: is_found(row) and row[5], clear(tuple(PHYSICS))),
-        "said > 0.8": sum(said(row) for row in rows),
-        "of these wrong": share(lambda row: not row[5], said),
-        "clear unlisted": sum(clear(tuple(UNKNOWN))(row) for row in rows),
-        "found and called so": share(lambda row: is_found(row) and row[5], clear(tuple(UNKNOWN))),
-        "any strength: found": share(is_found, something),
-        "log score": round(float(np.mean([np.log(max(row[6], 1e-6)) for row in rows])), 3),
-        "two at once, most probable": share(lambda row: row[3] == TWO_AT_ONCE, something),
-    }
+def _is_sure(row: Row) -> bool:
+    return is_found(row) and row[4] > THRESHOLDS.sure
+
+
+def _is_null(row: Row) -> bool:
+    return bool(row[0] == NOTHING_MISSING)
+
+
+def _is_right(row: Row) -> bool:
+    return is_found(row) and row[5]
+
+
+def _log_score(row: Row) -> float:
+    return float(np.log(max(row[6], 1e-6)))
+
+
+FIGURES: Final[dict[str, tuple[Callable[[Row], float], Callable[[Row], bool]]]] = {
+    "nothing hidden, found": (is_found, _is_null),
+    "nothing hidden, cannot tell": (lambda row: not is_found(row) and row[2] < THRESHOLDS.likely, _is_null),
+    "clear listed, right first": (_is_right, _is_clear(LISTED)),
+    "of physics": (_is_right, _is_clear(tuple(PHYSICS))),
+    "said > 0.8, wrong": (lambda row: not row[5], _is_sure),
+    "clear unlisted, called so": (_is_right, _is_clear(tuple(UNKNOWN))),
+    "any strength, found": (is_found, lambda row: not _is_null(row)),
+    "log score": (_log_score, lambda row: True),
+    "log score of clear": (_log_score, _is_clear(tuple(EFFECTS))),
+}
+"""Each figure's mean of what, among which runs."""
+
+
+def figures(by_stretch: Sequence[Sequence[Row]]) -> dict[str, dict[str, float]]:
+    """Return each figure over the runs of all stretches: how many runs, the mean, and the 95 % interval of means over
+    stretches drawn again.
+    """
+    rng, result = np.random.default_rng(0), {}
+    for name, (of, among) in FIGURES.items():
+        counted = [[float(of(row)) for row in rows if among(row)] for rows in by_stretch]
+        count, total = np.array([len(some) for some in counted]), np.array([sum(some) for some in counted])
+        drawn = rng.integers(len(by_stretch), size=(REPEATS, len(by_stretch)))
+        means = total[drawn].sum(axis=1) / np.maximum(count[drawn].sum(axis=1), 1)
+        low, high = np.quantile(means, [0.025, 0.975])
+        mean = total.sum() / max(count.sum(), 1)
+        result[name] = {"runs": int(count.sum()), "mean": mean, "low": float(low), "high": float(high)}
+    return result
+
+
+def print_table(result: Mapping[str, Mapping[str, Mapping[str, float]]]) -> None:
+    """Print each figure of each weigher, with the interval of both."""
+    for name in FIGURES:
+        cells = [f"{way}: {of[name]['mean']:.3f}" for way, of in result.items()]
+        both = result["both"][name]
+        print(f"{name:30}{both['runs']:6.0f} runs", *cells, f"(both: {both['low']:.3f} to {both['high']:.3f})")
+
+
+def print_names(runs: Sequence[Drawn]) -> None:
+    """Print what each clear effect is called."""
+    for name in EFFECTS:
+        cells = []
+        for weigher in WEIGHERS:
+            rows = [row for run in runs for row in rows_of(run.hidden, run.strength, run.weighed[weigher])]
+            clear = [row[3] if is_found(row) else "-" for row in rows if row[0] == name and row[1] >= CLEAR]
+            cells.append(", ".join(f"{called} {count}" for called, count in Counter(clear).most_common(3)))
+        print(f"{name:26} " + "  |  ".join(cells[i] for i in (0, 2, 3, 4)))
 
 
 @with_one_thread_for_products
@@ -257,30 +409,28 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=12)
     parser.add_argument("--json", type=Path)
     chosen = parser.parse_args()
-    runs = []
-    for stretch in chosen.stretches:
-        folder, begin, long = stretch.split(":")
-        runs.append(draw_and_weigh(folder, float(begin), float(long), chosen.seed, chosen.draws))
+    runs: list[Drawn] = []
+    for i, stretch in enumerate(chosen.stretches):
+        runs.append(draw_and_weigh(fit_stretch(stretch), chosen.seed + i, chosen.draws))
         run = runs[-1]
         print(f"{stretch}: {len(run.hidden)} runs, learned in {run.seconds:.0f} s of computing, outside the worlds: "
               f"{np.mean(run.outside < THRESHOLDS.world_outside):.3f}", flush=True)  # fmt: skip
-    result = {weigher: figures(runs, weigher) for weigher in WEIGHERS}
-    for name in result[WEIGHERS[0]]:
-        print(f"{name:28}", *(f"{weigher}: {result[weigher][name]:8}" for weigher in WEIGHERS))
-    for name in EFFECTS:
-        cells = []
-        for weigher in WEIGHERS:
-            counts: dict[str, int] = {}
-            for run in runs:
-                names, table = run.weighed[weigher]
-                for hidden, strength, p in zip(run.hidden, run.strength, table, strict=True):
-                    if hidden == name and strength >= CLEAR:
-                        best = names[1 + int(np.argmax(p[1:]))] if p[0] <= THRESHOLDS.stands_out else "-"
-                        counts[best] = counts.get(best, 0) + 1
-            cells.append(", ".join(f"{k} {v}" for k, v in sorted(counts.items(), key=lambda item: -item[1])[:3]))
-        print(f"{name:26} " + "  |  ".join(cells[i] for i in (0, 2, 3, 4)))
+    rows = {way: [rows_of(run.hidden, run.strength, run.weighed[way]) for run in runs] for way in WEIGHERS}
+    result = {way: figures(by_stretch) for way, by_stretch in rows.items()}
+    print_table(result)
+    strange = [
+        rows_of([run.hidden[int(i)] for i in which], run.strength[which], weighed)
+        for run in runs
+        for which, weighed in [run.left_out]
+        if len(which)
+    ]
+    called = figures(strange)["clear unlisted, called so"]
+    print(f"without the families like theirs, both: {called['mean']:.3f} of {called['runs']:.0f} clear unlisted "
+          f"({called['low']:.3f} to {called['high']:.3f})")  # fmt: skip
+    print_names(runs)
     if chosen.json:
-        chosen.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        kept = {"figures": result, "left_out": called, "stretches": chosen.stretches, "rows": rows, "strange": strange}
+        chosen.json.write_text(json.dumps(kept, indent=None) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -105,7 +105,8 @@ def train(
             tried += worlds.tried
         return Drawn(np.concatenate(labels), np.concatenate(tables), np.concatenate(forces), tried, best)
 
-    drawn = draw(Wanted(features, thresholds.world_same, strengths_about(features, known)))
+    shown = shown_strengths(features, known.remove_from(known.residual[:, None]))
+    drawn = draw(Wanted(features, thresholds.world_same, strengths_about(shown)))
     if len(drawn.enough) < _ANSWERS:
         drawn = draw(Wanted(features, thresholds.world_same))
     learned, priors = drawn.enough, np.array([answer.prior for answer in answers])
@@ -141,14 +142,18 @@ def judge(trained: TrainedWorlds, geometry: Geometry, about: str) -> Judgement:
     )
 
 
-def strengths_about(features: Features, known: Uncertain) -> tuple[float, float]:
-    """Return standard errors at least and at most that what the recording has hidden may have.
+def shown_strengths(features: Features, rest: Array) -> Array:
+    """Return (D,) standard errors of what runs with the measurements ``rest`` (N, D) show to be hidden.
 
     A cause of strength s gains s²/2 of log evidence, but for what its search costs.
     """
-    evidence = features.evidence(known.remove_from(known.residual[:, None]))
-    strength = float(np.sqrt(2.0 * max(0.0, *(float(of[0]) for of in evidence.values()))))
-    return max(0.0, strength / _WITHIN - _ERROR), strength * _WITHIN + _ERROR
+    evidence = np.stack(list(features.evidence(rest).values()))
+    return np.asarray(np.sqrt(2.0 * np.maximum(evidence.max(axis=0), 0.0)))
+
+
+def strengths_about(shown: Array) -> tuple[float, float]:
+    """Return standard errors at least and at most that what runs have hidden may have, which show ``shown`` (D,)."""
+    return max(0.0, float(shown.min()) / _WITHIN - _ERROR), float(shown.max()) * _WITHIN + _ERROR
 
 
 def _smoother(geometry: Geometry, known: Uncertain, thresholds: Thresholds) -> Array:
