@@ -94,7 +94,7 @@ ALONE = {
     "pair": Alone(
         "Two effects at a time",
         "in each of which two effects are hidden, of the two larger strengths",
-        ("pairs_both_named", "wrong_and_sure", "friction_inside_90"),
+        ("pairs_both_named", "seen_pairs_both_named", "wrong_and_sure", "friction_inside_90"),
     ),
 }
 """Runs that conceal one kind alone, by the kind of all their cases."""

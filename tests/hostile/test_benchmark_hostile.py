@@ -66,7 +66,7 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     def make(index: int, planned: tuple[str, str, int], _bases: object, _seed: int) -> Made:
         assert planned == PLANNED
         numbers.append(index)
-        return Made(CASE, None, None, None, None, None)  # type: ignore[arg-type]
+        return Made(CASE, None, None, None, None, 0, None)  # type: ignore[arg-type]
 
     monkeypatch.setattr(run, "make", make)
     monkeypatch.setattr(run, "diagnose_case", lambda made, full: CaseResult(made.case.index, full=full))
@@ -126,6 +126,14 @@ def test_a_truth_that_its_seed_does_not_make_is_refused(sealed: SealedCases) -> 
     other = Case(**{**CASE.__dict__, "truth": {"w_f": 9.0}})
     with pytest.raises(InputError, match="its seed makes another case"):
         sealed.diagnose(other, PLANNED)
+
+
+@pytest.mark.usefixtures("made")
+def test_a_case_made_again_from_an_estimate_that_differs_by_rounding_is_the_same(sealed: SealedCases) -> None:
+    assert CASE.truth, "a case without numbers would show nothing"
+    rounded = {name: value * (1.0 + 1e-12) for name, value in CASE.truth.items()}
+    sealed.diagnose(Case(**{**CASE.__dict__, "truth": rounded}), PLANNED)
+    assert sealed.result_file(CASE.index).exists()
 
 
 NAMES = ("../stray", "/stray", "..", ".", "", "a/../..", "a\0b", "a\x1b[31m", "x" * 5000, ".hidden", "link", "a/b")

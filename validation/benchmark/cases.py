@@ -6,10 +6,9 @@ shapes than the hypotheses (``effects``); other properties unknown to the diagno
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Final
 
 import numpy as np
@@ -23,7 +22,7 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.validation.benchmark.balanced_skier import balance_skier
-from sssi_exudyn.validation.benchmark.effects import EFFECTS, PHYSICS, SENSOR, SIZES, UNKNOWN, plain_run
+from sssi_exudyn.validation.benchmark.effects import EFFECTS, PHYSICS, SENSOR, SIZES, UNKNOWN, Effect, plain_run
 from sssi_exudyn.validation.benchmark.world import (
     Instruments,
     draw_instruments,
@@ -79,7 +78,8 @@ class Made:
     """A case with the recordings of its instruments.
 
     instruments : their quality
-    plain : simulates their recordings, with the same noise, without the concealed effect; None where there is none
+    effects : how many are concealed
+    with_effects : simulates their recordings, with the same noise, with some of these alone, by their numbers
     """
 
     case: Case
@@ -87,10 +87,11 @@ class Made:
     motion: Motion
     model: Model
     instruments: Instruments
-    plain: Callable[[], Recorded] | None
+    effects: int
+    with_effects: Callable[[Collection[int]], Recorded]
 
 
-_PAIRS: Final = (
+PAIRS: Final = (
     (PatchOfSnow.name, DisplacedFixes.name),
     (PassingGust.name, OtherInclination.name),
     (PatchOfSnow.name, PassingGust.name),
@@ -105,7 +106,7 @@ def plan(count: int, seed: int, conceal: Concealed = "all") -> list[tuple[str, s
     four strengths.  Pairs, and single effects where one kind alone is concealed, have the two larger strengths: a refit
     takes up most of the smaller ones.
     """
-    pairs = [("+".join(_PAIRS[i % len(_PAIRS)]), "pair", 2 + i % 2) for i in range(count)]
+    pairs = [("+".join(PAIRS[i % len(PAIRS)]), "pair", 2 + i % 2) for i in range(count)]
     unlisted = list(UNKNOWN)
     if conceal == "nothing":
         return [("none", "none", 0)] * count
@@ -164,14 +165,15 @@ def _draw(
         for part in name.split("+")
         if part != "none"
     ]
-    terms = tuple(t for e in effects for t in e.terms)
-    sensors = tuple(s for e in effects for s in e.sensors)
-    world = replace(true, terms=(*true.terms, *terms), sensors=sensors)
-    motion = balance_skier(replace(world, sensors=()), motion, recording)
+    motion = balance_skier(replace(_world_with(true, effects), sensors=()), motion, recording)
     known = (replace(recording, name=f"case_{index:03d}"), stated, fitted)
-    same_noise = deepcopy(rng)
-    faults = sum(e.delay for e in effects), sum(e.heading for e in effects)
-    recorded = record(rng, known, motion, world, instruments, *faults)
+
+    def with_effects(kept: Collection[int]) -> Recorded:
+        some = [effect for i, effect in enumerate(effects) if i in kept]
+        faults = sum(e.delay for e in some), sum(e.heading for e in some)
+        return record(deepcopy(rng), known, motion, _world_with(true, some), instruments, *faults)
+
+    recorded = with_effects(range(len(effects)))
     case = Case(
         index,
         recording.name,
@@ -183,8 +185,12 @@ def _draw(
         mu_t=true.friction.mu_t,
         mu_n=true.friction.mu_n,
     )
-    plain_record = partial(record, same_noise, known, motion, true, instruments, 0.0, 0.0) if effects else None
-    return Made(case, *recorded, instruments, plain_record)
+    return Made(case, *recorded, instruments, len(effects), with_effects)
+
+
+def _world_with(true: Model, effects: Sequence[Effect]) -> Model:
+    terms = tuple(term for effect in effects for term in effect.terms)
+    return replace(true, terms=(*true.terms, *terms), sensors=tuple(s for effect in effects for s in effect.sensors))
 
 
 def record(

@@ -28,6 +28,10 @@ _TARGETS = {
     "unexplained_where_found": ("the same, of those where something is found", "at least 80 %"),
     "unexplained_wrongly_named": ("effects outside the list: called something else with more than 80 %", ""),
     "pairs_both_named": ("pairs: both named", ""),
+    "seen_pairs_both_named": (
+        "pairs whose weaker effect is at least 5 standard errors strong: both named",
+        "at least 60 %",
+    ),
     "strong_better_than_placebos": (
         "clear effects, found: error on turns not fitted less than with any of 19 forces drawn at random instead",
         "",

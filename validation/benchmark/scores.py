@@ -18,6 +18,8 @@ from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
 STRONG: Final = 8.0
 """Standard errors above which an effect counts as clear."""
+_SEEN: Final = 5.0
+"""Standard errors above which both effects of a pair are to be seen."""
 _VERY_SURE: Final = 0.99
 _FORCE: Final = float(np.log(20.0))
 """Log Bayes factor above which a force is taken to act, by this criterion alone."""
@@ -34,6 +36,7 @@ class CaseResult:
     bic, in_sample : the name by the Bayesian information criterion with white noise, and by the best fit in sample
     oracle : strength of the effect in standard errors by comparison with the same run without it, both fitted by the
         model without effects; None where nothing is concealed
+    strengths : the same of each of several effects, next to the others
     force_log_bayes_factor : that of some force against none
     """
 
@@ -47,6 +50,7 @@ class CaseResult:
     bic: str = "none"
     in_sample: str = "none"
     oracle: float | None = None
+    strengths: tuple[float, ...] = ()
     force_log_bayes_factor: float | None = None
 
     @property
@@ -106,6 +110,7 @@ class Scores:
         concealed
     within_plain : error on turns not fitted within 1.5 times that of the run without the effect
     within_noise : the same, within 1.5 times ``held_out_noise_m``, the median of runs with nothing concealed
+    seen_pairs_both_named : of those whose weaker effect is to be seen next to the other
     by_name : for each concealed name, the counts of the names given first
     seal : sha256 of the answers, which were written before anything was diagnosed
     """
@@ -138,6 +143,7 @@ class Scores:
     unexplained_wrongly_named: Share
     unexplained_where_found: Share
     pairs_both_named: Share
+    seen_pairs_both_named: Share
     held_out_after_over_before_strong: Median
     placebo_after_over_before_strong: float | None
     strong_better_than_placebos: Share
@@ -225,7 +231,8 @@ def score(cases: Sequence[Case], results: Sequence[CaseResult], seal: str) -> Sc
         unexplained_where_found=_share_of(
             any(f.kind == "unexplained" for f in d.findings) for d in unknown if d.findings
         ),
-        pairs_both_named=_share_of(set(c.name.split("+")) <= set().union(*_names_of(d)) for c, d in pairs),
+        pairs_both_named=_share_of(_both_named(c, d) for c, d in pairs),
+        seen_pairs_both_named=_share_of(_both_named(c, d) for c, d in pairs if min(d.strengths, default=0.0) >= _SEEN),
         held_out_after_over_before_strong=Median(float(np.median(after / before)) if clear else None, len(clear)),
         placebo_after_over_before_strong=float(np.median(median / before)) if clear else None,
         strong_better_than_placebos=_share_of(after < least),
@@ -260,6 +267,10 @@ def _names_of(result: CaseResult) -> list[set[str]]:
             total += other.probability
         sets.append(names)
     return sets
+
+
+def _both_named(case: Case, result: CaseResult) -> bool:
+    return set(case.name.split("+")) <= set().union(*_names_of(result))
 
 
 def _set_holds(case: Case, result: CaseResult, most: float = math.inf) -> bool:

@@ -21,7 +21,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import Uncertain
 from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import Worlds
 
-_SPREAD: Final = 0.3
+SPREAD: Final = 0.3
 """Standard deviation of c: a shape stands for those of nearly its size."""
 _RUNS: Final = 40
 """Runs of an answer at most over which its probability is averaged: the mean is known to some 0.06."""
@@ -84,5 +84,5 @@ class BestPossible:
 
 def log_shape_factors(pull: Array, known: Array) -> Array:
     """Return log Bayes factors of shapes against none by their ``pull``, their size c integrated."""
-    precision = 1.0 + _SPREAD**2 * known
-    return np.asarray(pull - 0.5 * known + 0.5 * _SPREAD**2 * (pull - known) ** 2 / precision - 0.5 * np.log(precision))
+    precision = 1.0 + SPREAD**2 * known
+    return np.asarray(pull - 0.5 * known + 0.5 * SPREAD**2 * (pull - known) ** 2 / precision - 0.5 * np.log(precision))
