@@ -20,7 +20,7 @@ from sssi_exudyn.core.noise import Scale, tail_weight
 from sssi_exudyn.fitting.autocorrelated_noise import whiten
 from sssi_exudyn.fitting.balance import Balance, moment_by_slip_noise
 from sssi_exudyn.fitting.noise import BLOCKS_OF, HEIGHT_ORIGIN, NoiseLevels, UsualLevels, usual_levels
-from sssi_exudyn.model.faults import gps_offset, insole_readings
+from sssi_exudyn.model.faults import gps_offset, insole_lateness, insole_readings
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.instruments.gps import VERTICAL, Gps
@@ -180,7 +180,7 @@ class Measurements:
         """Return what the instruments would say of a simulated run, (N,)."""
         assert run.antenna is not None
         place = predict_fixes(model, run.time, run.antenna, self.fixes)
-        return _stack(place, insole_readings(model.sensors, averages(run.time, run.sole_force, self.windows)))
+        return _stack(place, insole_loads(model, run.time, run.sole_force, self.windows))
 
 
 def measurements_of(recording: Recording, model: Model, start: float, stop: float) -> Measurements:
@@ -207,6 +207,26 @@ def averages(time: Array, values: Array, windows: Array, length: float = INTERVA
     summed[1:] = np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time)[:, None], axis=0)
     edges = [[np.interp(windows + d, time, column) for column in summed.T] for d in (-0.5 * length, 0.5 * length)]
     return (np.array(edges[1]) - np.array(edges[0])).T / length
+
+
+def insole_loads(model: Model, time: Array, sole: Array, windows: Array) -> Array:
+    """Return what the insoles would read (m, 2) N on average about ``windows`` (m,) s, of the forces ``sole`` (n, 2) N
+    square to the soles at ``time`` (n,).
+
+    Late readings are between neighbouring averages, by a cubic (Catmull and Rom): a load jumps by half from one instant
+    to the next, so that a derivative by time is of nothing that lasts.
+    """
+    shift = -insole_lateness(model.sensors) / INTERVAL
+    whole = np.floor(np.real(shift))
+    s = shift - whole
+    weights = (-s + 2 * s**2 - s**3, 2 - 5 * s**2 + 3 * s**3, s + 4 * s**2 - 3 * s**3, s**3 - s**2)
+    within = time[0] + 0.5 * INTERVAL, time[-1] - 0.5 * INTERVAL
+    loads = sum(
+        0.5 * weight * averages(time, sole, np.clip(windows + (whole + k) * INTERVAL, *within))
+        for k, weight in zip((-1, 0, 1, 2), weights, strict=True)
+        if weight != 0.0
+    )
+    return insole_readings(model.sensors, np.asarray(loads))
 
 
 def mean_load(loads: Array) -> float:
@@ -281,7 +301,7 @@ class Observation:
         speed = np.gradient(antenna, time, axis=0) @ slope_to_level(model.inclination).T
         at = self.times["speed_x"] - float(np.real(model.start.clock_offset))
         moving = [np.interp(at, time, column) for column in speed[:, :2].T]
-        loads = insole_readings(model.sensors, averages(time, sole, self.times["load"]))
+        loads = insole_loads(model, time, sole, self.times["load"])
         return np.concatenate([*place[:, :2].T, heights, *moving, total_and_difference(loads)])
 
     def weighed(self, residual: Array, levels: NoiseLevels) -> Observation:

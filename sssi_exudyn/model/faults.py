@@ -60,9 +60,13 @@ class CaptureSensor(Sensor):
 class InsoleSensor(Sensor):
     """A fault in the forces that the insoles report."""
 
-    @abstractmethod
     def reading(self, sole: Array) -> Array:
         """Return the reported forces (n, 2) N for the forces ``sole`` (n, 2) N square to the soles, left and right."""
+        return sole
+
+    def lateness(self) -> float:
+        """Return by how much (s) later than the capture's clock the readings are stamped."""
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -155,7 +159,50 @@ class BootCuff(InsoleSensor):
         return np.asarray((1.0 - self.share) * sole)
 
 
-SENSORS: Final[tuple[type[Sensor], ...]] = (GpsJump, HeadingDrift, LeverArm, InsoleGain, BootCuff)
+@dataclass(frozen=True)
+class InsoleOffset(InsoleSensor):
+    """Insoles whose zero has drifted, as it does with warmth and with buckles that were opened since it was set.
+
+    Formula: reported = true + (left, right)
+    """
+
+    name: ClassVar[str] = "insole_offset"
+    sources: ClassVar[tuple[str, ...]] = (
+        "Hurkmans et al., J. Biomech. 39 (2006) 110: insoles' zero drifts within hours",
+    )
+
+    left: float = quantity(0.0, "N", low=-600.0, high=600.0, source=_CHOICE, meaning="what the left reads unloaded")
+    right: float = quantity(0.0, "N", low=-600.0, high=600.0, source=_CHOICE, meaning="what the right reads unloaded")
+
+    def reading(self, sole: Array) -> Array:
+        return np.asarray(sole + [self.left, self.right])
+
+
+@dataclass(frozen=True)
+class InsoleDelay(InsoleSensor):
+    """Insoles whose clock is late against the capture's, as one is that was aligned by hand.
+
+    Formula: reported(t) = true(t − late)
+    """
+
+    name: ClassVar[str] = "insole_delay"
+    sources: ClassVar[tuple[str, ...]] = ("geometry",)
+
+    late: float = quantity(0.0, "s", low=-0.25, high=0.25, source=_CHOICE, meaning="how late a reading is stamped")
+
+    def lateness(self) -> float:
+        return self.late
+
+
+SENSORS: Final[tuple[type[Sensor], ...]] = (
+    GpsJump,
+    HeadingDrift,
+    LeverArm,
+    InsoleGain,
+    BootCuff,
+    InsoleOffset,
+    InsoleDelay,
+)
 """List of all faults, written out."""
 
 
@@ -192,6 +239,11 @@ def antenna_shift(sensors: Iterable[Sensor]) -> Array:
         if isinstance(sensor, CaptureSensor):
             total = total + sensor.lever()
     return total
+
+
+def insole_lateness(sensors: Iterable[Sensor]) -> float:
+    """Return by how much (s) later than the capture's clock the insoles' readings are stamped, by all faults."""
+    return sum((sensor.lateness() for sensor in sensors if isinstance(sensor, InsoleSensor)), 0.0)
 
 
 def insole_readings(sensors: Iterable[Sensor], sole: Array) -> Array:

@@ -12,13 +12,15 @@ from bundled import bundled
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantities
-from sssi_exudyn.fitting.observations import correct_fixes, predict_fixes
+from sssi_exudyn.fitting.observations import correct_fixes, insole_loads, predict_fixes
 from sssi_exudyn.model.faults import (
     SENSORS,
     BootCuff,
     GpsJump,
     HeadingDrift,
+    InsoleDelay,
     InsoleGain,
+    InsoleOffset,
     LeverArm,
     gps_offset,
     insole_readings,
@@ -32,6 +34,8 @@ FAULTS = (
     LeverArm(up=0.1),
     InsoleGain(left=0.2),
     BootCuff(share=0.1),
+    InsoleOffset(right=30.0),
+    InsoleDelay(late=0.05),
 )
 
 
@@ -79,5 +83,17 @@ def test_a_late_clock_sees_the_past() -> None:
 
 def test_insoles_feel_what_their_faults_leave() -> None:
     felt = insole_readings(FAULTS, np.array([[100.0, 200.0]]))
-    np.testing.assert_allclose(felt, [[100.0 * 1.2 * 0.9, 200.0 * 0.9]], rtol=1e-12)  # rounding
+    np.testing.assert_allclose(felt, [[100.0 * 1.2 * 0.9, 200.0 * 0.9 + 30.0]], rtol=1e-12)  # rounding
     assert not np.any(gps_offset((), np.arange(3.0)))
+
+
+def test_late_insoles_say_what_was() -> None:
+    """A load that grows evenly was as much less as the clock is late; without a fault it is the average."""
+    model = model_of(*bundled("beginner"))
+    time = np.linspace(0.0, 4.0, 401)
+    sole = np.stack([400.0 + 100.0 * time, 300.0 - 50.0 * time], axis=1)
+    at = np.array([1.0, 2.0])
+    now = insole_loads(model, time, sole, at)
+    np.testing.assert_allclose(now, np.stack([400.0 + 100.0 * at, 300.0 - 50.0 * at], axis=1), rtol=1e-9)  # rounding
+    late = insole_loads(replace(model, sensors=(InsoleDelay(late=0.08),)), time, sole, at)
+    np.testing.assert_allclose(late - now, [[-8.0, 4.0]] * 2, rtol=1e-7)  # rounding

@@ -1,7 +1,8 @@
 """Concealed effects of cases: the additions of each to the world, drawn at a size.
 
-No effect has the law of its hypothesis.  Effects that act for a while or at a place have another shape (ramps, smooth
-steps, half sines); lasting ones grow otherwise with speed, edge angle, load or groove.
+No effect of physics has the law of its hypothesis.  What acts for a while or at a place has another shape (ramps,
+smooth steps, half sines); what lasts grows otherwise with speed, edge angle, load or groove.  Of the instruments'
+faults only clocks, an antenna's place, a heading and an insole's zero have one law, which is the hypothesis' own.
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ import numpy as np
 
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.model.faults import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, Sensor
+from sssi_exudyn.model.faults import HeadingDrift, InsoleDelay, InsoleOffset, LeverArm, Sensor
 from sssi_exudyn.simulation.reduced.prepared import ReducedRun
 from sssi_exudyn.simulation.result import SimulationResult
+from sssi_exudyn.validation.benchmark.concealed_faults import WorldCuff, WorldGain, WorldJump
 from sssi_exudyn.validation.benchmark.concealed_terms import (
     EdgeBite,
     Lift,
@@ -44,7 +46,9 @@ from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_delay import Gp
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_jump import DisplacedFixes
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.heading_drift import DriftingHeading
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.heading_misalignment import HeadingMisalignment
+from sssi_exudyn.validation.diagnosis.hypotheses.instruments.insole_delay import LateInsoles
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.insole_gain import WrongInsoleGain
+from sssi_exudyn.validation.diagnosis.hypotheses.instruments.insole_offset import DriftedInsoleZero
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.lever_arm import OtherLeverArm
 from sssi_exudyn.validation.diagnosis.hypotheses.skier.pole_plant import PolePlants
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.edge_dependent_friction import FrictionByEdge
@@ -162,7 +166,7 @@ def _jump(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
     window = plain.stretch(rng, 0.8, 2.5)
     turn = rng.uniform(0.0, 2.0 * np.pi)
     x, y = 0.08 * size * np.cos(turn), 0.08 * size * np.sin(turn)
-    return Effect(sensors=(GpsJump(float(x), float(y), *window),), window=window, truth={"x": float(x), "y": float(y)})
+    return Effect(sensors=(WorldJump(float(x), float(y), *window),), window=window, truth={})
 
 
 def _heading(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
@@ -182,11 +186,22 @@ def _lever(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
 
 def _gain(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
     left = 0.1 * size * _sign(rng)
-    return Effect(sensors=(InsoleGain(left, 0.0),), truth={"left": left})
+    return Effect(sensors=(WorldGain(left),), truth={})
 
 
 def _cuff(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
-    return Effect(sensors=(BootCuff(0.06 * size),), truth={"share": 0.06 * size})
+    return Effect(sensors=(WorldCuff(0.06 * size),), truth={})
+
+
+def _zero(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    offset, side = 25.0 * size * _sign(rng), float(rng.integers(2))
+    left, right = offset * side, offset * (1.0 - side)
+    return Effect(sensors=(InsoleOffset(left, right),), truth={"left": left, "right": right})
+
+
+def _late_insoles(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    late = 0.02 * size * _sign(rng)
+    return Effect(sensors=(InsoleDelay(late),), truth={"late": late})
 
 
 def _push(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
@@ -245,6 +260,8 @@ SENSOR: Final[dict[str, Maker]] = {
     OtherLeverArm.name: _lever,
     WrongInsoleGain.name: _gain,
     LoadOnCuffs.name: _cuff,
+    DriftedInsoleZero.name: _zero,
+    LateInsoles.name: _late_insoles,
 }
 UNKNOWN: Final[dict[str, Maker]] = {
     "external_push": _push,

@@ -17,7 +17,7 @@ from sssi_exudyn.core.noise import ExponentialNoise, draw_noise
 from sssi_exudyn.core.number_ref import DAMPING, EPS, EXPONENTS, MU_N, MU_T, SLIP, STIFFNESS, NumberRef
 from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.observations import INTERVAL, Measurements, predict_fixes
-from sssi_exudyn.model.faults import insole_readings
+from sssi_exudyn.model.faults import insole_lateness, insole_readings
 from sssi_exudyn.model.from_recording import first_guess
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion, spline_motion
@@ -201,7 +201,8 @@ def record_insoles(
     if recording.insoles is None:
         return None
     times = np.arange(time[0], time[-1], 1.0 / _RATE)
-    forces = insole_readings(world.sensors, np.stack([np.interp(times, time, s) for s in sole.T], axis=1))
+    at = times - insole_lateness(world.sensors)
+    forces = insole_readings(world.sensors, np.stack([np.interp(at, time, s) for s in sole.T], axis=1))
     readings = (1.0 - instruments.cuff) * instruments.gains * forces + rng.normal(0.0, _CELLS, forces.shape)
     readings = np.maximum(readings, 0.0)
     cells = np.zeros((len(times), 0))

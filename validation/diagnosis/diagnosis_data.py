@@ -73,6 +73,8 @@ class Evidence:
     trajectory_error_m, held_out_error_m : mean horizontal errors at all fixes, and at those of turns not fitted
     chi2_per_dof : of the horizontal track under the noise as it is; 1 is noise
     residual_memory : correlation of neighbours in the whitened residual; 0 is noise
+    force_explained : share that the finding explains of the energy of the force that was missing (the integral of its
+        square); of physics alone
     """
 
     trajectory_error_m: Change
@@ -80,6 +82,7 @@ class Evidence:
     chi2_per_dof: Change
     placebo_held_out_error_m: Placebos | None = None
     residual_memory: Change | None = None
+    force_explained: float | None = None
 
     @property
     def is_rejected_by_turns(self) -> bool:

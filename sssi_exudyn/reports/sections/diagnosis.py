@@ -177,6 +177,9 @@ def _finding(finding: Finding) -> list[Row]:
     rows.append(_change("χ² per degree of freedom", evidence.chi2_per_dof, ".2f", "; 1 is noise"))
     if evidence.residual_memory is not None:
         rows.append(_change("autocorrelation of the residual", evidence.residual_memory, "+.2f", "; 0 is noise"))
+    if evidence.force_explained is not None:
+        share = f"{100.0 * evidence.force_explained:.0f} %"
+        rows.append(("missing force explained", share, "share of the integral of its square"))
     if finding.where is not None:
         where = finding.where
         path = f"{where.distance_m[0]:.1f} m to {where.distance_m[1]:.1f} m of the path"

@@ -25,8 +25,18 @@ from sssi_exudyn.contact.terms.friction_corrections import (
 from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.contact.terms.wind import DragArea, Gust, Wind
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.observations import predict_fixes
-from sssi_exudyn.model.faults import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, insole_readings, values_of
+from sssi_exudyn.fitting.observations import insole_loads, predict_fixes
+from sssi_exudyn.model.faults import (
+    BootCuff,
+    GpsJump,
+    HeadingDrift,
+    InsoleDelay,
+    InsoleGain,
+    InsoleOffset,
+    LeverArm,
+    insole_readings,
+    values_of,
+)
 from sssi_exudyn.model.from_recording import first_guess, model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
@@ -88,7 +98,7 @@ def everything() -> tuple[Model, Prepared]:
     )
     sensors = (
         GpsJump(0.3, -0.2, 1.03, 2.04), HeadingDrift(0.02, 0.4), LeverArm(0.1, -0.1, 0.05), InsoleGain(0.1, -0.1),
-        BootCuff(0.1),
+        BootCuff(0.1), InsoleOffset(20.0, -10.0), InsoleDelay(0.0317),
     )  # fmt: skip
     model = replace(model, terms=terms, sensors=sensors).with_values({"penetration.m2": 1.2})
     return model, prepare(model, motion, stop=motion.start + SECONDS)
@@ -218,9 +228,10 @@ def test_what_instruments_report() -> None:
     """By the numbers that only instruments know too, and beyond the run's ends, where the track is continued."""
     model, prepared = everything()
     fixes = np.arange(prepared.time[0] - 0.05, prepared.time[-1] + 0.1, 0.1) + 0.0031
+    windows = np.arange(prepared.time[0] + 0.3, prepared.time[-1] - 0.3, 0.1) + 0.0031
 
     def observed(model: Model, run: ReducedRun) -> Array:
-        readings = insole_readings(model.sensors, run.sole_force)
+        readings = insole_loads(model, run.time, run.sole_force, windows)
         return np.concatenate([predict_fixes(model, run.time, run.antenna, fixes).ravel(), readings.ravel()])
 
     names = ["start.clock_offset", "friction.mu_t", "start.heading_offset"]
@@ -228,7 +239,11 @@ def test_what_instruments_report() -> None:
     seen, slopes = sensitivities(model, prepared, names, observed)
     run = simulate_reduced(model, prepared)
     np.testing.assert_array_equal(seen, observed(model, run))
-    unseen = [name for name in names if name.partition(".")[0] in ("gps_jump", "insole_gain", "boot_cuff")]
+    unseen = [
+        name
+        for name in names
+        if name.partition(".")[0] in ("gps_jump", "insole_gain", "boot_cuff", "insole_offset", "insole_delay")
+    ]
     other = model.with_values({name: model.value(name) + step_of(model, name) for name in unseen})
     np.testing.assert_array_equal(stacked(simulate_reduced(other, prepared)), stacked(run))  # so one run serves them
     for i, name in enumerate(names):

@@ -115,7 +115,7 @@ def test_faults_of_instruments_that_a_recording_lacks_are_not_weighed(fitted: Fi
     measurements = fitted.measurements
     without = replace(measurements, windows=np.zeros(0), loads=np.zeros((0, 2)))
     place = FittedRun(fitted.model, fitted.prepared, fitted.run, without, without.predict(fitted.model, fitted.run))
-    for name in ("insole_gain", "boot_cuff"):
+    for name in ("insole_gain", "boot_cuff", "insole_offset", "insole_delay"):
         for run, count in ((fitted, 1), (place, 0)):
             hypothesis = BY_NAME[name]
             responses = responses_of(hypothesis.probes(run), run.prepared, run.measurements)

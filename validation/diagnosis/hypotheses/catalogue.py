@@ -14,7 +14,9 @@ from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_delay import Gp
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_jump import DisplacedFixes
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.heading_drift import DriftingHeading
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.heading_misalignment import HeadingMisalignment
+from sssi_exudyn.validation.diagnosis.hypotheses.instruments.insole_delay import LateInsoles
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.insole_gain import WrongInsoleGain
+from sssi_exudyn.validation.diagnosis.hypotheses.instruments.insole_offset import DriftedInsoleZero
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.lever_arm import OtherLeverArm
 from sssi_exudyn.validation.diagnosis.hypotheses.skier.pole_plant import PolePlants
 from sssi_exudyn.validation.diagnosis.hypotheses.skier.unexplained_force import LatentForce
@@ -51,6 +53,8 @@ HYPOTHESES: Final[list[Hypothesis]] = [
     OtherLeverArm(),
     WrongInsoleGain(),
     LoadOnCuffs(),
+    DriftedInsoleZero(),
+    LateInsoles(),
     FrictionOfOneSki(),
     DragOfOneSki(),
     LATENT_FORCE,

@@ -29,8 +29,7 @@ from scipy.special import ndtr
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import LinearModel, uncertain, whiten_columns
 from sssi_exudyn.fitting.noise import NoiseLevels
-from sssi_exudyn.fitting.observations import averages, total_and_difference
-from sssi_exudyn.model.faults import insole_readings
+from sssi_exudyn.fitting.observations import insole_loads, total_and_difference
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
@@ -72,6 +71,11 @@ class MissingForce:
     stands_out: NDArray[np.bool_]
     log_bayes_factor: float
     on_feet: ForceOnFeet | None
+
+    @property
+    def energy(self) -> float:
+        """Integral of the force's square over the time, N² s."""
+        return float(np.diff(self.edges) @ np.sum(self.force**2, axis=1))
 
     def impulse(self, window: tuple[float, float]) -> Array:
         """Return (3,) N s within a window of time (s)."""
@@ -171,10 +175,11 @@ def _readings(fitted: FittedRun, sole: Array, foot: int) -> Array:
     measurements = fitted.measurements
     readings = np.zeros((len(measurements.measured), sole.shape[1]))
     place = slice(measurements.blocks["load"].start, measurements.blocks["difference"].stop)
-    for k, column in enumerate(averages(fitted.run.time, sole, measurements.windows).T):
+    for k, column in enumerate(sole.T):
         both = np.zeros((len(column), 2))
         both[:, foot] = column
-        readings[place, k] = total_and_difference(insole_readings(fitted.model.sensors, both))
+        loads = insole_loads(fitted.model, fitted.run.time, both, measurements.windows)
+        readings[place, k] = total_and_difference(loads)
     return readings
 
 

@@ -296,8 +296,20 @@ def _evidence_of_each(
         searched = finding.searched
         columns = placebos(searched.fitted, searched.responses[LATENT_FORCE.name])
         errors = np.nanmean(held_out_errors(linear, levels, folds, columns), axis=0)
-        evidence.append(_evidence(before, after, errors))
+        evidence.append(replace(_evidence(before, after, errors), force_explained=_force_explained(finding, levels)))
     return evidence
+
+
+def _force_explained(finding: Accepted, levels: NoiseLevels) -> float | None:
+    """Return the share that a finding explains of the energy of the force that its round misses; None of a fault."""
+    searched = finding.searched
+    if finding.explanation.hypothesis.kind == "sensor":
+        return None
+    before, after = (
+        missing_force(linear, levels, searched.fitted, searched.responses[LATENT_FORCE.name]).energy
+        for linear in (searched.linear, finding.linear)
+    )
+    return max(0.0, 1.0 - after / before) if before > 0.0 else None
 
 
 def _evidence(before: Figures, after: Figures, placebo_errors: Array) -> Evidence:
