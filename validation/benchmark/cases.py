@@ -37,7 +37,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_jump import Dis
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.slope_change import OtherInclination
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.snow_patch import PatchOfSnow
 
-_ATTEMPTS: Final = 10
+_ATTEMPTS: Final = 40
 _SLOWEST: Final = 2.0
 """m/s; a skier who gets slower than that has been stopped by the concealed effect.  Recorded turns are skied at 4 m/s
 and more."""
@@ -136,7 +136,7 @@ def make(index: int, planned: tuple[str, str, int], bases: list[Recorded], seed:
     ``bases`` are recordings with their movements and fitted models; each case is a stretch of one of them.  A stretch
     that cannot be simulated (it begins in the air, say) or on which the effect stops the skier is drawn again.
 
-    Raises SimulationDiverged or SkierStops when none of ten can be used.
+    Raises SimulationDiverged or SkierStops when none of forty can be used: strong effects stop slow skiers.
     """
     for attempt in range(_ATTEMPTS):
         try:
