@@ -239,7 +239,7 @@ def best_possible(stretch: Stretch, rest: Array, seed: int) -> list[dict[str, fl
     mine = {name: np.flatnonzero(names == name) for name in LISTED if name in prior}
     mine[NOT_IN_THE_LIST] = np.flatnonzero(np.isin(names, list(UNKNOWN)))
     pairs = list(combinations([name for name in mine if name != NOT_IN_THE_LIST], 2))
-    each = np.log(prior[TWO_AT_ONCE] / len(pairs))
+    prior_of_pair = np.log(prior[TWO_AT_ONCE] / len(pairs))
     named = []
     for pull in pulls.T:
         single = log_shape_factors(pull[:, None], strength[:, None])[:, 0]
@@ -249,7 +249,7 @@ def best_possible(stretch: Stretch, rest: Array, seed: int) -> list[dict[str, fl
         for one, other in pairs:
             i, j = mine[one], mine[other]
             factors = _two_shapes(pull[i][:, None], pull[j], strength[i][:, None], strength[j], gram[np.ix_(i, j)])
-            logs[one, other] = each + _log_mean(factors)
+            logs[one, other] = prior_of_pair + _log_mean(factors)
         nothing, *shares = softmax([np.log(prior[NOTHING_MISSING]), *logs.values()])
         some = dict(zip(logs, (float(share) for share in shares), strict=True))
         named.append({} if nothing > THRESHOLDS.stands_out else _named(some))

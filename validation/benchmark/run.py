@@ -84,19 +84,19 @@ def seal(folder: Path, cases: Sequence[Case], bases: Sequence[Recorded] = ()) ->
 
 def is_same_case(one: Case, other: Case) -> bool:
     """Tell whether two cases conceal the same: estimates that cases are made from agree to rounding only."""
-    (told, numbers), (told_again, numbers_again) = _split(one), _split(other)
+    (words, numbers), (other_words, other_numbers) = _split(one), _split(other)
     return (
-        told == told_again
-        and len(numbers) == len(numbers_again)
-        and np.allclose(numbers, numbers_again, rtol=_ROUNDING, atol=0.0)
+        words == other_words
+        and len(numbers) == len(other_numbers)
+        and np.allclose(numbers, other_numbers, rtol=_ROUNDING, atol=0.0)
     )
 
 
 def _split(case: Case) -> tuple[Case, list[float]]:
     """Return a case without its numbers, and these."""
     frictions = [friction for friction in (case.mu_t, case.mu_n) if friction is not None]
-    told = replace(case, truth=dict.fromkeys(case.truth, 0.0), window=None, mu_t=None, mu_n=None)
-    return told, [*case.truth.values(), *(case.window or ()), *frictions]
+    words = replace(case, truth=dict.fromkeys(case.truth, 0.0), window=None, mu_t=None, mu_n=None)
+    return words, [*case.truth.values(), *(case.window or ()), *frictions]
 
 
 @dataclass(frozen=True)
