@@ -38,6 +38,8 @@ from sssi_exudyn.validation.diagnosis.hypotheses.snow.slope_change import OtherI
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.snow_patch import PatchOfSnow
 
 _ATTEMPTS: Final = 40
+_HALVED: Final = 10
+"""Draws after which an effect is half as strong: with some no slow skier goes on."""
 _SLOWEST: Final = 2.0
 """m/s; a skier who gets slower than that has been stopped by the concealed effect.  Recorded turns are skied at 4 m/s
 and more."""
@@ -134,13 +136,15 @@ def make(index: int, planned: tuple[str, str, int], bases: list[Recorded], seed:
     """Make the case of that number: simulated by the full model with its concealed effect, and recorded.
 
     ``bases`` are recordings with their movements and fitted models; each case is a stretch of one of them.  A stretch
-    that cannot be simulated (it begins in the air, say) or on which the effect stops the skier is drawn again.
+    that cannot be simulated (it begins in the air, say) or on which the effect stops the skier is drawn again.  An
+    effect that stops every skier becomes weaker.
 
-    Raises SimulationDiverged or SkierStops when none of forty can be used: strong effects stop slow skiers.
+    Raises SimulationDiverged or SkierStops when none of forty can be used.
     """
     for attempt in range(_ATTEMPTS):
         try:
-            return _draw(index, planned, bases, np.random.default_rng([seed, 1, index, attempt]))
+            share = 0.5 ** (attempt // _HALVED)
+            return _draw(index, planned, bases, np.random.default_rng([seed, 1, index, attempt]), share)
         except (SimulationDiverged, SkierStops) as error:
             failure = error
     raise failure
@@ -151,7 +155,9 @@ def _draw(
     planned: tuple[str, str, int],
     bases: list[Recorded],
     rng: np.random.Generator,
+    share: float,
 ) -> Made:
+    """Draw a case whose effects have a ``share`` of the planned strength."""
     name, kind, strength = planned
     recording, motion, fitted = bases[int(rng.integers(len(bases)))]
     long = float(rng.uniform(5.5, 7.0))
@@ -161,7 +167,7 @@ def _draw(
     instruments = draw_instruments(rng, motion)
     plain = plain_run(simulate(replace(true, solver=replace(true.solver, step=0.01)), motion))
     effects = [
-        EFFECTS[part](rng, SIZES[strength] * float(rng.uniform(0.85, 1.15)), plain)
+        EFFECTS[part](rng, share * SIZES[strength] * float(rng.uniform(0.85, 1.15)), plain)
         for part in name.split("+")
         if part != "none"
     ]

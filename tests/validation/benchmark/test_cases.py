@@ -10,7 +10,8 @@ from bundled import bundled, coarse
 
 from sssi_exudyn.contact.terms.friction_corrections import SnowCompaction
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.validation.benchmark.cases import SkierStops, record
+from sssi_exudyn.validation.benchmark import cases
+from sssi_exudyn.validation.benchmark.cases import SkierStops, make, record
 from sssi_exudyn.validation.benchmark.world import draw_instruments
 
 pytestmark = pytest.mark.usefixtures("coarse_skis")
@@ -31,3 +32,17 @@ def test_a_run_that_the_effect_stops_is_no_case(braking: float, stops: bool) -> 
     else:
         recorded, _, _ = record(rng, known, motion, world, instruments, 0.0, 0.0)
         assert recorded.gps is not None
+
+
+def test_an_effect_that_stops_every_skier_becomes_weaker(monkeypatch: pytest.MonkeyPatch) -> None:
+    shares: list[float] = []
+
+    def draw(*arguments: object) -> str:
+        shares.append(float(arguments[-1]))  # type: ignore[arg-type]
+        if shares[-1] > 0.3:
+            raise SkierStops("too strong")
+        return "made"
+
+    monkeypatch.setattr(cases, "_draw", draw)
+    assert make(0, ("snow_compaction", "physics", 3), [], 1) == "made"  # type: ignore[comparison-overlap]
+    assert shares == [1.0] * 10 + [0.5] * 10 + [0.25]
