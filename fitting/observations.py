@@ -212,21 +212,27 @@ def averages(time: Array, values: Array, windows: Array, length: float = INTERVA
 def insole_loads(model: Model, time: Array, sole: Array, windows: Array) -> Array:
     """Return what the insoles would read (m, 2) N on average about ``windows`` (m,) s, of the forces ``sole`` (n, 2) N
     square to the soles at ``time`` (n,).
+    """
+    return insole_readings(model.sensors, late_averages(model, time, sole, windows))
 
-    Late readings are between neighbouring averages, by a cubic (Catmull and Rom): a load jumps by half from one instant
-    to the next, so that a derivative by time is of nothing that lasts.
+
+def late_averages(model: Model, time: Array, values: Array, windows: Array) -> Array:
+    """Return averages (m, d) of ``values`` (n, d) about ``windows`` (m,) s by the clock of the model's insoles.
+
+    Late ones are between neighbouring averages, by a cubic (Catmull and Rom): a load jumps by half from one instant to
+    the next, so that a derivative by time is of nothing that lasts.
     """
     shift = -insole_lateness(model.sensors) / INTERVAL
     whole = np.floor(np.real(shift))
     s = shift - whole
     weights = (-s + 2 * s**2 - s**3, 2 - 5 * s**2 + 3 * s**3, s + 4 * s**2 - 3 * s**3, s**3 - s**2)
     within = time[0] + 0.5 * INTERVAL, time[-1] - 0.5 * INTERVAL
-    loads = sum(
-        0.5 * weight * averages(time, sole, np.clip(windows + (whole + k) * INTERVAL, *within))
+    parts = [
+        0.5 * weight * averages(time, values, np.clip(windows + (whole + k) * INTERVAL, *within))
         for k, weight in zip((-1, 0, 1, 2), weights, strict=True)
         if weight != 0.0
-    )
-    return insole_readings(model.sensors, np.asarray(loads))
+    ]
+    return np.asarray(sum(parts))
 
 
 def mean_load(loads: Array) -> float:

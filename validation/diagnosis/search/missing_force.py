@@ -29,7 +29,8 @@ from scipy.special import ndtr
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import LinearModel, uncertain, whiten_columns
 from sssi_exudyn.fitting.noise import NoiseLevels
-from sssi_exudyn.fitting.observations import insole_loads, total_and_difference
+from sssi_exudyn.fitting.observations import late_averages, total_and_difference
+from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
@@ -175,11 +176,12 @@ def _readings(fitted: FittedRun, sole: Array, foot: int) -> Array:
     measurements = fitted.measurements
     readings = np.zeros((len(measurements.measured), sole.shape[1]))
     place = slice(measurements.blocks["load"].start, measurements.blocks["difference"].stop)
-    for k, column in enumerate(sole.T):
+    unloaded = insole_readings(fitted.model.sensors, np.zeros((len(measurements.windows), 2)))
+    for k, column in enumerate(late_averages(fitted.model, fitted.run.time, sole, measurements.windows).T):
         both = np.zeros((len(column), 2))
         both[:, foot] = column
-        loads = insole_loads(fitted.model, fitted.run.time, both, measurements.windows)
-        readings[place, k] = total_and_difference(loads)
+        # a zero that has drifted is there without any force
+        readings[place, k] = total_and_difference(insole_readings(fitted.model.sensors, both) - unloaded)
     return readings
 
 

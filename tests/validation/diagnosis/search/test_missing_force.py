@@ -15,6 +15,7 @@ from sssi_exudyn.contact.term import FootState, FootTerm, Number
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantity
 from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_evidence, uncertain, whiten_columns
+from sssi_exudyn.model.faults import InsoleOffset
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, probes_by, responses_of
 from sssi_exudyn.validation.diagnosis.search.missing_force import (
     ForceOnFeet,
@@ -57,6 +58,13 @@ def test_a_force_on_a_ski_is_one_on_the_body_and_what_the_sole_carries(
         # cells are 0.4 s long, and a ski turns within them: 1 to 3 % of what a push across does to each, and 9 % of the
         # little that one along does to the soles; without what the sole carries it would be 83 % of the first
         assert off < (0.12 if (key, name[0]) in {("along", "l"), ("along", "d")} else 0.04)
+
+
+def test_a_zero_that_has_drifted_is_no_part_of_what_a_newton_does(fitted: FittedRun) -> None:
+    course = courses(fitted, 0)
+    drifted = replace(fitted, model=replace(fitted.model, sensors=(*fitted.model.sensors, InsoleOffset(80.0, -40.0))))
+    # rounding of 80 N
+    np.testing.assert_allclose(carried_by_soles(drifted, course), carried_by_soles(fitted, course), atol=1e-12)
 
 
 def found_in(fitted: FittedRun, responses: Array, residual: Array) -> tuple[MissingForce, ForceOnFeet]:
