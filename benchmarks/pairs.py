@@ -231,7 +231,7 @@ def _named(shares: Mapping[Causes, float]) -> dict[str, float]:
 
 def best_possible(stretch: Stretch, rest: Array, seed: int) -> list[dict[str, float]]:
     """Return what Bayes' rule names on other draws of all effects, single and in pairs, in each run of ``rest``."""
-    hidden, moves = hidden_effects(stretch.fitted, SHAPES, np.random.default_rng(seed))
+    hidden, moves = hidden_effects(stretch, SHAPES, np.random.default_rng(seed))
     white = stretch.white(moves)
     gram, pulls = white.T @ stretch.known.remove_from(white) / NOISIER, white.T @ rest / NOISIER
     strength, names = np.diag(gram), np.array(hidden)
@@ -281,7 +281,7 @@ def hidden_pairs(stretch: Stretch, draws: int, rng: np.random.Generator) -> tupl
     moves: list[Array] = []
     weaker: list[float] = []
     for pair in chosen:
-        parts = [moved_by(stretch.fitted, name, SIZES[2:], 1, rng) for name in pair]
+        parts = [moved_by(stretch, name, SIZES[2:], 1, rng) for name in pair]
         if all(part.shape[1] for part in parts):
             moved = np.hstack(parts)
             white = stretch.white(moved)
@@ -296,7 +296,7 @@ def named_in(stretch: Stretch, seed: int, draws: int) -> list[Run]:
     """Return what is hidden in runs of a stretch, and what each way names."""
     rng = np.random.default_rng(seed)
     pairs, moved, weaker = hidden_pairs(stretch, draws, rng)
-    single, moved_alone = hidden_effects(stretch.fitted, draws, rng)
+    single, moved_alone = hidden_effects(stretch, draws, rng)
     moved = np.hstack([moved, moved_alone])
     runs = observe(stretch.geometry, stretch.known, np.zeros(moved.shape[1], dtype=int), moved, rng)
     hidden: list[Causes] = [*pairs, *((name,) for name in single)]

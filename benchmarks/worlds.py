@@ -21,6 +21,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import Final
@@ -37,7 +38,7 @@ from sssi_exudyn.fitting.evidence import Uncertain, whiten_columns
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.runtime.threads import with_one_thread_for_products
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
-from sssi_exudyn.validation.benchmark.effects import EFFECTS, PHYSICS, SENSOR, SIZES, UNKNOWN, plain_run
+from sssi_exudyn.validation.benchmark.effects import EFFECTS, PHYSICS, SENSOR, SIZES, UNKNOWN, PlainRun, plain_run
 from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
@@ -55,11 +56,10 @@ from sssi_exudyn.validation.diagnosis.worlds.catalogue import (
     Answer,
     answers_of,
 )
-from sssi_exudyn.validation.diagnosis.worlds.classifier import learn
 from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import Wanted, draw_worlds, known_of, observe
 from sssi_exudyn.validation.diagnosis.worlds.features import Features
 from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry, geometry_of
-from sssi_exudyn.validation.diagnosis.worlds.judge import shown_strengths, strengths_about
+from sssi_exudyn.validation.diagnosis.worlds.judge import learn_answers, shown_strengths, strengths_about
 
 EVEN: Final = replace(THRESHOLDS, natural=0.0)
 CLEAR: Final = 8.0
@@ -104,6 +104,17 @@ class Stretch:
     geometry: Geometry
     known: Uncertain
 
+    @cached_property
+    def plain(self) -> PlainRun:
+        """The run, as makers of effects need it."""
+        return plain_run(self.fitted.run)
+
+    @cached_property
+    def turned(self) -> Array:
+        """(N,) what a capture turned by a radian does to the measurements."""
+        probes = BY_NAME[HeadingMisalignment.name].probes(self.fitted)
+        return responses_of(probes, self.fitted.prepared, self.fitted.measurements)[:, 0]
+
     def white(self, moved: Array) -> Array:
         """Return what is ``moved`` (N, D) in units of noise."""
         return whiten_columns(self.geometry.linear, self.geometry.levels, moved)
@@ -138,15 +149,15 @@ def fit_stretch(stretch: str) -> Stretch:
     return Stretch(fitted, geometry, known_of(geometry))
 
 
-def moved_by(fitted: FittedRun, name: str, sizes: Sequence[float], draws: int, rng: np.random.Generator) -> Array:
+def moved_by(stretch: Stretch, name: str, sizes: Sequence[float], draws: int, rng: np.random.Generator) -> Array:
     """Return what ``draws`` of an effect, each of one of ``sizes``, do to the measurements, (N, at most draws): those
     that cannot be simulated are left out.
     """
-    plain, columns = plain_run(fitted.run), [np.zeros((len(fitted.prediction), 0))]
-    turned = responses_of(BY_NAME[HeadingMisalignment.name].probes(fitted), fitted.prepared, fitted.measurements)
+    fitted = stretch.fitted
+    columns = [np.zeros((len(fitted.prediction), 0))]
     for _ in range(draws):
         size = sizes[int(rng.integers(len(sizes)))] * float(rng.uniform(0.85, 1.15))
-        effect = EFFECTS[name](rng, SMALL * size, plain)
+        effect = EFFECTS[name](rng, SMALL * size, stretch.plain)
         model = replace(
             fitted.model, terms=(*fitted.model.terms, *effect.terms), sensors=(*fitted.model.sensors, *effect.sensors)
         )
@@ -155,16 +166,16 @@ def moved_by(fitted: FittedRun, name: str, sizes: Sequence[float], draws: int, r
             moved = fitted.measurements.predict(model, simulate_reduced(model, fitted.prepared))
         except SimulationDiverged:
             continue
-        columns.append((moved - fitted.prediction + effect.heading * turned[:, 0])[:, None] / SMALL)
+        columns.append((moved - fitted.prediction + effect.heading * stretch.turned)[:, None] / SMALL)
     return np.hstack(columns)
 
 
-def hidden_effects(fitted: FittedRun, draws: int, rng: np.random.Generator) -> tuple[list[str], Array]:
+def hidden_effects(stretch: Stretch, draws: int, rng: np.random.Generator) -> tuple[list[str], Array]:
     """Return names (D,) of hidden effects and what they do to the measurements (N, D)."""
     nothing = NOTHING_SHARE * draws
-    names, columns = [NOTHING_MISSING] * nothing, [np.zeros((len(fitted.prediction), nothing))]
+    names, columns = [NOTHING_MISSING] * nothing, [np.zeros((len(stretch.fitted.prediction), nothing))]
     for name in EFFECTS:
-        columns.append(moved_by(fitted, name, SIZES, draws, rng))
+        columns.append(moved_by(stretch, name, SIZES, draws, rng))
         names += [name] * columns[-1].shape[1]
     return names, np.hstack(columns)
 
@@ -172,7 +183,7 @@ def hidden_effects(fitted: FittedRun, draws: int, rng: np.random.Generator) -> t
 def draw_and_weigh(stretch: Stretch, seed: int, draws: int) -> Drawn:
     """Return hidden effects in a stretch of a recording, weighed in each way."""
     geometry, known, rng = stretch.geometry, stretch.known, np.random.default_rng(seed)
-    hidden, moved = hidden_effects(stretch.fitted, draws, rng)
+    hidden, moved = hidden_effects(stretch, draws, rng)
     worlds = observe(geometry, known, np.zeros(len(hidden), dtype=int), moved, rng)
     begun = time.process_time()
     features = Features(geometry, known, EVEN)
@@ -190,7 +201,7 @@ def draw_and_weigh(stretch: Stretch, seed: int, draws: int) -> Drawn:
             by_worlds[mine], outside[mine] = _by_worlds(stretch, features, answers, table[mine], shown[mine])
     seconds = time.process_time() - begun
     fits, tempered, plain = _by_evidence(evidence)
-    shapes, moves = hidden_effects(stretch.fitted, SHAPES, np.random.default_rng([seed, 1]))
+    shapes, moves = hidden_effects(stretch, SHAPES, np.random.default_rng([seed, 1]))
     ceiling = best_possible(shapes, stretch.white(moves), known, worlds.rest, answers)
     ways = (fits, tempered), (fits, plain), (names, by_worlds), _by_both((fits, tempered), (names, by_worlds)), ceiling
     clear = np.flatnonzero([name in UNKNOWN and s >= CLEAR for name, s in zip(hidden, worlds.strength, strict=True)])
@@ -208,12 +219,10 @@ def _by_worlds(
     wanted = Wanted(features, THRESHOLDS.world_same, strengths_about(shown))
     rng = np.random.default_rng(1)
     examples = draw_worlds(stretch.geometry, stretch.known, answers, THRESHOLDS.worlds, rng, wanted)
-    counted = np.bincount(examples.labels, minlength=len(answers))
-    learned = np.flatnonzero(counted >= 20)
-    mine = np.isin(examples.labels, learned)
-    priors = (counted / np.maximum(examples.tried, 1) * [answer.prior for answer in answers])[learned]
-    labels = np.searchsorted(learned, examples.labels[mine])
-    classifier = learn(features(examples.rest[:, mine]), labels, priors, 1)
+    priors = np.array([answer.prior for answer in answers])
+    learned, classifier = learn_answers(
+        features(examples.rest), examples.labels, examples.tried.astype(float), priors, 1
+    )
     weighed = np.zeros((len(table), len(answers)))
     weighed[:, learned] = classifier.probabilities(table)
     return weighed, classifier.outside(table)
@@ -228,13 +237,12 @@ def _by_strangers(
     shown: Array,
 ) -> Named:
     """Return names and probabilities of ``clear`` runs of no list by worlds without the families like theirs."""
-    names: list[str] = []
+    names = [answer.name for answer in answers_of(stretch.geometry, HYPOTHESES, EVEN)]
     rows: dict[int, Array] = {}
     for kept_away in {frozenset(COUSINS[hidden[i]]) for i in clear}:
         unlisted = [family for family in UNLISTED if type(family).__name__ not in kept_away]
         hypotheses = [hypothesis for hypothesis in HYPOTHESES if hypothesis.name not in kept_away]
         answers = answers_of(stretch.geometry, hypotheses, EVEN, unlisted)
-        names = [answer.name for answer in answers]
         for low, high in pairwise(SHOWN):
             mine = [int(i) for i in clear if frozenset(COUSINS[hidden[i]]) == kept_away and low <= shown[i] < high]
             if mine:
@@ -292,9 +300,8 @@ def _by_both(tempered: Named, by_worlds: Named) -> Named:
     of_fits, of_worlds = (np.zeros((len(table), len(names))) for _, table in (tempered, by_worlds))
     for name, column in zip(tempered[0], tempered[1].T, strict=True):
         unknown = name in BY_NAME and BY_NAME[name].kind == "unexplained"
-        if names:
-            of_fits[:, names.index(NOT_IN_THE_LIST if unknown else name)] += column
-    laws = np.array([name not in {NOTHING_MISSING, NOT_IN_THE_LIST} for name in names], dtype=bool)
+        of_fits[:, names.index(NOT_IN_THE_LIST if unknown else name)] += column
+    laws = np.array([name not in {NOTHING_MISSING, NOT_IN_THE_LIST} for name in names])
     share = np.where(laws, of_fits, 0.0)
     share /= share.sum(axis=1, keepdims=True)
     for name, column in zip(by_worlds[0], by_worlds[1].T, strict=True):

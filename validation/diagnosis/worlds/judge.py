@@ -109,14 +109,26 @@ def train(
     drawn = draw(Wanted(features, thresholds.world_same, strengths_about(shown)))
     if len(drawn.enough) < _ANSWERS:
         drawn = draw(Wanted(features, thresholds.world_same))
-    learned, priors = drawn.enough, np.array([answer.prior for answer in answers])
-    shares = np.bincount(drawn.labels, minlength=len(answers)) / np.maximum(drawn.tried, 1.0)
-    mine = np.isin(drawn.labels, learned)
-    classifier = learn(
-        drawn.table[mine], np.searchsorted(learned, drawn.labels[mine]), (priors * shares)[learned], seed
-    )
+    priors = np.array([answer.prior for answer in answers])
+    learned, classifier = learn_answers(drawn.table, drawn.labels, drawn.tried, priors, seed)
     names = tuple(answer.name for answer in answers)
     return TrainedWorlds(names, learned, features, classifier, smooth, drawn, drawn.best.expected(priors))
+
+
+def learn_answers(
+    table: Array, labels: NDArray[np.int_], tried: Array, priors: Array, seed: int
+) -> tuple[NDArray[np.int_], Classifier]:
+    """Learn from features ``table`` (D, m) of worlds with ``labels`` (D,) those answers of which there are enough.
+
+    tried : (k,) worlds that were drawn for these;  priors : (k,) of the answers
+
+    Return the answers learned, and the classifier of these.
+    """
+    counts = np.bincount(labels, minlength=len(priors))
+    learned = np.flatnonzero(counts >= _FEWEST)
+    mine = np.isin(labels, learned)
+    as_strong = priors * counts / np.maximum(tried, 1.0)
+    return learned, learn(table[mine], np.searchsorted(learned, labels[mine]), as_strong[learned], seed)
 
 
 def judge(trained: TrainedWorlds, geometry: Geometry, about: str) -> Judgement:
