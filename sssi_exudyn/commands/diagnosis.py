@@ -31,6 +31,7 @@ from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.simulation.full.run import simulate as simulate_model
+from sssi_exudyn.validation.benchmark.cases import SHORTEST_RUN
 from sssi_exudyn.validation.benchmark.known_answers import Comparison, compare, read_truth
 from sssi_exudyn.validation.benchmark.run import Bases, base_of
 from sssi_exudyn.validation.benchmark.semi_real import Stretch, middle
@@ -209,12 +210,18 @@ def diagnose_known(
 
 
 def bases_of(folders: Sequence[Path], progress: Progress) -> Bases:
-    """Read recordings from whose movements a benchmark makes its cases.  Raises InputError for one without a GPS."""
+    """Read recordings from whose movements a benchmark makes its cases.
+
+    Raises InputError for one without a GPS, and for one that is too short.
+    """
     bases: Bases = []
     for folder in folders:
         recording, motion = read_folder(folder, progress)
         if recording.gps is None:
             raise InputError(folder / FILE, "[gps]", "there is no GPS to start from", "add it")
+        if motion.stop - motion.start < SHORTEST_RUN:
+            words = f"the run has {motion.stop - motion.start:.1f} s, and {SHORTEST_RUN:g} s are needed"
+            raise InputError(folder / FILE, "", words, "leave this recording out")
         bases.append(base_of(recording, motion, model_of(recording, motion)))
     return bases
 

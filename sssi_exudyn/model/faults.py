@@ -71,22 +71,33 @@ class InsoleSensor(Sensor):
 
 @dataclass(frozen=True)
 class GpsJump(GpsSensor):
-    """Fixes that are displaced for a while by a wrong ambiguity or a reflection.
+    """Fixes that are displaced for a while: at once by a wrong ambiguity, or gradually by a reflection.
 
-    Formula: reported = true + (x, y)   for t0 ≤ t < t1
+    Formula: reported = true + (x, y)·½(1 − cos(π·min(1, 2s/rise)))   s = min(t − t0, t1 − t)/(t1 − t0)
+    for t0 ≤ t < t1; with rise = 0 it is a step, reported = true + (x, y)
     """
 
     name: ClassVar[str] = "gps_jump"
-    sources: ClassVar[tuple[str, ...]] = ("Teunissen, Montenbruck: Springer Handbook of GNSS (2017), ch. 23",)
+    sources: ClassVar[tuple[str, ...]] = (
+        "Teunissen, Montenbruck: Springer Handbook of GNSS (2017), ch. 15 (multipath) and 23 (ambiguities)",
+    )
 
     x: float = quantity(0.0, "m", low=-50.0, high=50.0, source=_CHOICE, meaning="displacement down the fall line")
     y: float = quantity(0.0, "m", low=-50.0, high=50.0, source=_CHOICE, meaning="displacement to the left")
     t0: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="time at which it begins")
     t1: float = quantity(2.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="time at which it ends")
+    rise: float = quantity(
+        0.0, "1", low=0.0, high=1.0, source="chosen", meaning="share of its time in which it comes and goes"
+    )
 
     def offset(self, time: Array) -> Array:
         inside = (time >= self.t0) & (time < self.t1)
-        return np.where(inside[:, None], [self.x, self.y, 0.0], 0.0)
+        displaced = np.where(inside[:, None], [self.x, self.y, 0.0], 0.0)
+        if np.real(self.rise) <= 0.0:
+            return displaced
+        share = (time - self.t0) / (self.t1 - self.t0)
+        way = np.minimum(2.0 * np.minimum(share, 1.0 - share) / self.rise, 1.0)
+        return np.asarray(displaced * (0.5 * (1.0 - np.cos(np.pi * way)))[:, None])
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,20 @@ def test_corrected_fixes_are_where_the_antenna_was() -> None:
     assert not np.any(moved[~jumped])
 
 
+@pytest.mark.parametrize(
+    ("rise", "shares"),
+    [
+        (0.0, [0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0]),
+        (0.5, [0.0, 0.0, 0.5, 1.0, 0.5, 0.0, 0.0]),
+        (1.0, [0.0, 0.0, 0.5 * (1.0 - np.sqrt(0.5)), 1.0, 0.5 * (1.0 - np.sqrt(0.5)), 0.0, 0.0]),
+    ],
+)
+def test_displaced_fixes_come_and_go_within_their_share(rise: float, shares: list[float]) -> None:
+    time = np.array([1.9, 2.0, 2.5, 4.0, 5.5, 6.0 - 1e-12, 6.0])
+    offset = GpsJump(x=0.4, y=-0.2, t0=2.0, t1=6.0, rise=rise).offset(time)
+    np.testing.assert_allclose(offset, np.outer(shares, [0.4, -0.2, 0.0]), atol=1e-12)
+
+
 def test_a_late_clock_sees_the_past() -> None:
     model = model_of(*bundled("beginner"))
     time = np.linspace(0.0, 4.0, 41)

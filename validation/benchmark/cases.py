@@ -37,9 +37,19 @@ from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_jump import Dis
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.slope_change import OtherInclination
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.snow_patch import PatchOfSnow
 
+SECONDS: Final = 6.25
+"""Length of a case on average."""
+_LENGTHS: Final = (0.88, 1.12)
+"""Shares of that which a case has."""
+_SHORTEST: Final = 4.0
+"""s; shortest case: effects that last for a while, and a receiver's lost fix, take up to 3 s."""
 _ATTEMPTS: Final = 40
 _HALVED: Final = 10
 """Draws after which an effect is half as strong: with some no slow skier goes on."""
+_LEAD: Final = 1.0
+"""s by which a skier starts before he is recorded: he settles on the snow within that."""
+SHORTEST_RUN: Final = _SHORTEST + _LEAD
+"""s; length of a recording from which a case can be made."""
 _SLOWEST: Final = 2.0
 """m/s; a skier who gets slower than that has been stopped by the concealed effect.  Recorded turns are skied at 4 m/s
 and more."""
@@ -58,6 +68,7 @@ class Case:
     strength : 0 to 3, weak to strong
     window : times (s) between which it acts, None for always
     truth : its numbers, by the diagnosis' own names where it has them;  mu_t, mu_n : of the snow
+    seconds : length of the run
     """
 
     index: int
@@ -69,6 +80,7 @@ class Case:
     truth: dict[str, float]
     mu_t: float | None = None
     mu_n: float | None = None
+    seconds: float | None = None
 
 
 Recorded = tuple[Recording, Motion, Model]
@@ -132,19 +144,19 @@ def plan(count: int, seed: int, conceal: Concealed = "all") -> list[tuple[str, s
     return [cases[i] for i in order]
 
 
-def make(index: int, planned: tuple[str, str, int], bases: list[Recorded], seed: int) -> Made:
+def make(index: int, planned: tuple[str, str, int], bases: list[Recorded], seed: int, seconds: float = SECONDS) -> Made:
     """Make the case of that number: simulated by the full model with its concealed effect, and recorded.
 
-    ``bases`` are recordings with their movements and fitted models; each case is a stretch of one of them.  A stretch
-    that cannot be simulated (it begins in the air, say) or on which the effect stops the skier is drawn again.  An
-    effect that stops every skier becomes weaker.
+    ``bases`` are recordings with their movements and fitted models; each case is a stretch of one of them, ``seconds``
+    long on average (4 s at least), or all of a shorter one.  A stretch that cannot be simulated (it begins in the air,
+    say) or on which the effect stops the skier is drawn again.  An effect that stops every skier becomes weaker.
 
     Raises SimulationDiverged or SkierStops when none of forty can be used.
     """
     for attempt in range(_ATTEMPTS):
         try:
             share = 0.5 ** (attempt // _HALVED)
-            return _draw(index, planned, bases, np.random.default_rng([seed, 1, index, attempt]), share)
+            return _draw(index, planned, bases, np.random.default_rng([seed, 1, index, attempt]), seconds, share)
         except (SimulationDiverged, SkierStops) as error:
             failure = error
     raise failure
@@ -155,17 +167,19 @@ def _draw(
     planned: tuple[str, str, int],
     bases: list[Recorded],
     rng: np.random.Generator,
+    seconds: float,
     share: float,
 ) -> Made:
-    """Draw a case whose effects have a ``share`` of the planned strength."""
+    """Draw a case of ``seconds`` on average whose effects have a ``share`` of the planned strength."""
     name, kind, strength = planned
     recording, motion, fitted = bases[int(rng.integers(len(bases)))]
-    long = float(rng.uniform(5.5, 7.0))
-    begin = float(rng.uniform(motion.start, motion.stop - long))
+    long = max(seconds * float(rng.uniform(*_LENGTHS)), _SHORTEST)
+    long = min(long, motion.stop - motion.start - _LEAD)
+    begin = float(rng.uniform(motion.start + _LEAD, motion.stop - long))
     stated = replace(motion, start=begin, stop=begin + long)
-    true, motion = other_day(rng, recording, stated, fitted)
-    instruments = draw_instruments(rng, motion)
-    plain = plain_run(simulate(replace(true, solver=replace(true.solver, step=0.01)), motion))
+    true, motion = other_day(rng, recording, replace(stated, start=begin - _LEAD), fitted)
+    instruments = draw_instruments(rng, stated)
+    plain = plain_run(simulate(replace(true, solver=replace(true.solver, step=0.01)), motion), begin)
     effects = [
         EFFECTS[part](rng, share * SIZES[strength] * float(rng.uniform(0.85, 1.15)), plain)
         for part in name.split("+")
@@ -190,6 +204,7 @@ def _draw(
         {k: v for e in effects for k, v in (e.truth or {}).items()} if len(effects) == 1 else {},
         mu_t=true.friction.mu_t,
         mu_n=true.friction.mu_n,
+        seconds=long,
     )
     return Made(case, *recorded, instruments, len(effects), with_effects)
 
@@ -203,7 +218,7 @@ def record(
     rng: np.random.Generator, known: Recorded, motion: Motion, world: Model, instruments: Instruments, delay: float,
     heading: float,
 ) -> Recorded:  # fmt: skip
-    """Record a run of the world with its instruments and the capture.
+    """Record a run of the world with its instruments and the capture, from where its known movement starts.
 
     Raises SkierStops where the skier does not ski to the end.
     """
@@ -214,8 +229,9 @@ def record(
         raise SkierStops(f"at {run.time[np.argmin(speed)]:.1f} s the skier has {np.min(speed):.1f} m/s left")
     assert run.antenna is not None
     late = world.with_values({CLOCK_OFFSET: delay})
+    motion = replace(motion, start=stated.start)
     gps = record_gps(rng, recording, late, run.time, run.antenna, motion, instruments)
-    insoles = record_insoles(rng, recording, world, run.time, run.sole_force, instruments)
+    insoles = record_insoles(rng, recording, world, run.time, run.sole_force, motion, instruments)
     captured = replace(record_capture(rng, motion, heading, instruments), inclination=stated.inclination)
     recorded = replace(recording, gps=gps, insoles=insoles)
     return recorded, captured, _model_as_known(fitted, recorded, captured)

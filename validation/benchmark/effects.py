@@ -276,15 +276,17 @@ SIZES: Final = (0.5, 1.0, 2.0, 4.0)
 """The four strengths, as multiples of each maker's unit size."""
 
 
-def plain_run(run: SimulationResult | ReducedRun) -> PlainRun:
-    """Return the properties of a run with nothing concealed that makers of effects need."""
+def plain_run(run: SimulationResult | ReducedRun, begin: float | None = None) -> PlainRun:
+    """Return the properties of a run with nothing concealed that makers of effects need, from ``begin`` (s) on; of the
+    whole run where that is None.
+    """
     time = run.time
+    begin = float(time[0]) if begin is None else begin
     along = np.maximum.accumulate(run.com[:, 0])
     mean = np.convolve(run.edge_angle.mean(axis=1), np.ones(31) / 31.0, mode="same")
     crossing = np.flatnonzero(np.diff(np.sign(mean)) != 0)
-    inner = crossing[(time[crossing] > time[0] + 0.5) & (time[crossing] < time[-1] - 0.5)]
-    speed = float(np.mean(np.linalg.norm(run.com_velocity, axis=1)))
-    edge = float(np.mean(np.abs(run.edge_angle)))
-    return PlainRun(
-        float(time[0]), float(time[-1]), speed, edge, time[inner], lambda t: float(np.interp(t, time, along))
-    )
+    inner = crossing[(time[crossing] > begin + 0.5) & (time[crossing] < time[-1] - 0.5)]
+    recorded = time >= begin
+    speed = float(np.mean(np.linalg.norm(run.com_velocity[recorded], axis=1)))
+    edge = float(np.mean(np.abs(run.edge_angle[recorded])))
+    return PlainRun(begin, float(time[-1]), speed, edge, time[inner], lambda t: float(np.interp(t, time, along)))

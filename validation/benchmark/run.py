@@ -39,7 +39,7 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.provenance import source_digest
 from sssi_exudyn.runtime.workers import end_with_parent
-from sssi_exudyn.validation.benchmark.cases import Case, Made, Recorded, make, plan
+from sssi_exudyn.validation.benchmark.cases import SECONDS, Case, Made, Recorded, make, plan
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.scores import CaseResult, Scores, score
 from sssi_exudyn.validation.benchmark.world import Instruments
@@ -94,9 +94,9 @@ def is_same_case(one: Case, other: Case) -> bool:
 
 def _split(case: Case) -> tuple[Case, list[float]]:
     """Return a case without its numbers, and these."""
-    frictions = [friction for friction in (case.mu_t, case.mu_n) if friction is not None]
-    words = replace(case, truth=dict.fromkeys(case.truth, 0.0), window=None, mu_t=None, mu_n=None)
-    return words, [*case.truth.values(), *(case.window or ()), *frictions]
+    others = [number for number in (case.mu_t, case.mu_n, case.seconds) if number is not None]
+    words = replace(case, truth=dict.fromkeys(case.truth, 0.0), window=None, mu_t=None, mu_n=None, seconds=None)
+    return words, [*case.truth.values(), *(case.window or ()), *others]
 
 
 @dataclass(frozen=True)
@@ -104,12 +104,14 @@ class SealedCases:
     """The cases of a benchmark in its folder, each made and diagnosed once.
 
     full : how many of them, the first ones, are diagnosed with the full model
+    seconds : length of one on average
     """
 
     bases: Bases
     seed: int
     full: int
     folder: Path
+    seconds: float = SECONDS
 
     def answer_file(self, index: int) -> Path:
         """Return where the answer of a case is."""
@@ -128,7 +130,7 @@ class SealedCases:
         if not path.exists():
             with clear_errors(path.parent):
                 make_folder(path.parent)
-            write_atomically(path, to_json(make(index, planned, self.bases, self.seed).case))
+            write_atomically(path, to_json(make(index, planned, self.bases, self.seed, self.seconds).case))
         case = read_json(path, Case)
         if (case.index, case.name, case.kind, case.strength) != (index, *planned):
             raise InputError(path, "", "the answer of another benchmark", "choose another folder with --out")
@@ -142,7 +144,7 @@ class SealedCases:
         path = self.result_file(case.index)
         if path.exists():
             return
-        made = make(case.index, planned, self.bases, self.seed)
+        made = make(case.index, planned, self.bases, self.seed, self.seconds)
         if not is_same_case(made.case, case):
             answer = self.answer_file(case.index)
             raise InputError(answer, "", "its seed makes another case", "choose another folder with --out")
@@ -235,14 +237,15 @@ def run_benchmark(
     workers: int,
     progress: Advance,
     conceal: Concealed,
+    seconds: float,
 ) -> Scores:
     """Make, seal, diagnose and score ``count`` cases into ``folder``, in ``workers`` processes.
 
-    The first ``full`` cases are diagnosed with the full model.
+    They have ``seconds`` on average.  The first ``full`` cases are diagnosed with the full model.
     """
     planned = plan(count, seed, conceal)
     cases: dict[int, Case] = {}
-    sealed = SealedCases(bases, seed, full, folder)
+    sealed = SealedCases(bases, seed, full, folder, seconds)
     with ProcessPoolExecutor(workers, get_context("spawn"), _prepare_worker, (sealed,)) as pool:
         making = [pool.submit(_make_case, index, case) for index, case in enumerate(planned)]
         for future in as_completed(making):

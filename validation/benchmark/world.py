@@ -102,7 +102,7 @@ def other_day(
 ) -> tuple[Model, Motion]:  # fmt: skip
     """Draw a skier and his movement who weighs other than stated, on other snow, skis and slope.
 
-    He starts at the stretch's begin as in the recording.  The waves of the snow have a root mean square slope between
+    He starts where the movement does, as in the recording.  The waves of the snow have a root mean square slope between
     the two of ``steepness``.
     """
     assert recording.gps is not None
@@ -195,12 +195,13 @@ def record_gps(
 
 
 def record_insoles(
-    rng: np.random.Generator, recording: Recording, world: Model, time: Array, sole: Array, instruments: Instruments
-) -> Insoles | None:
+    rng: np.random.Generator, recording: Recording, world: Model, time: Array, sole: Array, motion: Motion,
+    instruments: Instruments,
+) -> Insoles | None:  # fmt: skip
     """Record the insoles' readings, at 50 Hz; None where the recording has none."""
     if recording.insoles is None:
         return None
-    times = np.arange(time[0], time[-1], 1.0 / _RATE)
+    times = np.arange(motion.start, time[-1], 1.0 / _RATE)
     at = times - insole_lateness(world.sensors)
     forces = insole_readings(world.sensors, np.stack([np.interp(at, time, s) for s in sole.T], axis=1))
     readings = (1.0 - instruments.cuff) * instruments.gains * forces + rng.normal(0.0, _CELLS, forces.shape)

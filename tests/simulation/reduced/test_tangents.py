@@ -97,7 +97,7 @@ def everything() -> tuple[Model, Prepared]:
         UnexplainedForce(30.0, 20.0, -10.0, 1.0, 2.0, 0.1),
     )
     sensors = (
-        GpsJump(0.3, -0.2, 1.03, 2.04), HeadingDrift(0.02, 0.4), LeverArm(0.1, -0.1, 0.05), InsoleGain(0.1, -0.1),
+        GpsJump(0.3, -0.2, 1.03, 2.04, 0.6), HeadingDrift(0.02, 0.4), LeverArm(0.1, -0.1, 0.05), InsoleGain(0.1, -0.1),
         BootCuff(0.1), InsoleOffset(20.0, -10.0), InsoleDelay(0.0317),
     )  # fmt: skip
     model = replace(model, terms=terms, sensors=sensors).with_values({"penetration.m2": 1.2})

@@ -10,6 +10,7 @@ from bundled import bundled, coarse
 
 from sssi_exudyn.contact.terms.friction_corrections import SnowCompaction
 from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.validation.benchmark import cases
 from sssi_exudyn.validation.benchmark.cases import SkierStops, make, record
 from sssi_exudyn.validation.benchmark.world import draw_instruments
@@ -32,6 +33,42 @@ def test_a_run_that_the_effect_stops_is_no_case(braking: float, stops: bool) -> 
     else:
         recorded, _, _ = record(rng, known, motion, world, instruments, 0.0, 0.0)
         assert recorded.gps is not None
+
+
+def test_a_skier_is_recorded_once_he_has_settled_on_the_snow() -> None:
+    recording, motion = bundled("beginner")
+    begin = motion.start + 1.0
+    stated = replace(motion, start=begin, stop=begin + 4.0)
+    model = coarse(model_of(recording, motion))
+    instruments = draw_instruments(np.random.default_rng(5), stated)
+    known = (recording, stated, model)
+    recorded, captured, _ = record(
+        np.random.default_rng(6), known, replace(stated, start=motion.start), model, instruments, 0.0, 0.0
+    )
+    assert recorded.gps is not None
+    assert recorded.insoles is not None
+    assert (recorded.gps.time[0], recorded.insoles.time[0], captured.start) == (begin, begin, begin)
+    run = simulate(model, replace(stated, start=motion.start))
+    times = recorded.insoles.time
+    loads = np.stack([np.interp(times, run.time, sole) for sole in run.sole_force.T], axis=1)
+    shown = np.stack([recorded.insoles.left, recorded.insoles.right], axis=1)
+    noise = shown - (1.0 - instruments.cuff) * instruments.gains * loads
+    loaded = loads > 60.0  # a reading is never negative
+    # 12 N of noise in each of some hundred readings: its standard deviation is known to a tenth
+    assert 9.0 < float(np.std(noise[loaded])) < 15.0
+
+
+@pytest.mark.parametrize(("seconds", "least", "most"), [(1.0, 4.0, 4.0), (5.0, 4.4, 5.6), (60.0, 10.0, 10.5)])
+def test_a_case_is_as_long_as_is_asked_or_as_its_recording(
+    seconds: float, least: float, most: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording, motion = bundled("beginner")
+    model = coarse(model_of(recording, motion))
+    monkeypatch.setattr(cases, "balance_skier", lambda world, moved, _: moved)
+    made = make(0, ("none", "none", 0), [(recording, motion, model)], 3, seconds)
+    assert made.case.seconds == pytest.approx(made.motion.stop - made.motion.start)
+    assert least - 1e-9 <= made.motion.stop - made.motion.start <= most + 1e-9
+    assert made.motion.start >= motion.start + 1.0
 
 
 def test_an_effect_that_stops_every_skier_becomes_weaker(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -91,6 +91,20 @@ def test_displaced_fixes_are_usually_several_times_what_the_receiver_states(fitt
     assert np.all(jump.candidates(telephone, responses)[0].free.scales == 36.0)
 
 
+def test_displaced_fixes_that_come_and_go_are_found_where_they_do(fitted: FittedRun) -> None:
+    """A straight rise and fall, which no candidate has, is nearer to a gradual one than to any step."""
+    time = fitted.measurements.fixes
+    n, t0, long = len(time), float(time[0] + 0.3 * (time[-1] - time[0])), 0.4 * float(time[-1] - time[0])
+    ramp = np.clip(np.minimum(time - t0, t0 + long - time) / (0.25 * long), 0.0, 1.0)
+    left = {True: np.inf, False: np.inf}
+    for candidate in BY_NAME["gps_jump"].candidates(fitted, np.zeros((len(fitted.prediction), 0))):
+        shape = candidate.free.columns[:n, 0]
+        np.testing.assert_array_equal(candidate.free.columns[n : 2 * n, 1], shape)
+        gradual = bool(candidate.places)
+        left[gradual] = min(left[gradual], float(np.sum((ramp - shape * (shape @ ramp) / (shape @ shape)) ** 2)))
+    assert left[True] < 0.5 * left[False]
+
+
 def test_a_late_clock_is_usually_as_late_as_a_receiver_s_interval(fitted: FittedRun) -> None:
     delay, responses = BY_NAME["gps_delay"], np.zeros((len(fitted.prediction), 1))
     assert delay.candidates(fitted, responses)[0].free.scales == 0.25  # ten fixes a second

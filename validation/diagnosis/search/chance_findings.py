@@ -1,8 +1,8 @@
 """How often a search finds as much in runs in which nothing is hidden.
 
-Runs are drawn from the fitted model without anything added: all that is uncertain and the instruments' noise as known
-beforehand.  In each all hypotheses are compared at all places and sizes, as in the recording, by their linear
-responses: it is the best of the whole search that is compared, not one name.
+Runs are drawn from the fitted model without anything added: all that is uncertain as known beforehand, and noise whose
+levels are known from the recording alone.  In each all hypotheses are compared at all places and sizes, as in the
+recording, by their linear responses: it is the best of the whole search that is compared, not one name.
 
 Source: Davison and Hinkley 1997, ch. 4 (parametric bootstrap of a test).
 """
@@ -19,6 +19,7 @@ from sssi_exudyn.fitting.evidence import LinearModel, log_factors, overlaps, unc
 from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Chance
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, Hypothesis
+from sssi_exudyn.validation.diagnosis.search.drawn_noise import draw_instrument_noise
 from sssi_exudyn.validation.diagnosis.search.probabilities import probabilities
 
 RUNS: Final = 400
@@ -41,8 +42,8 @@ def search_by_chance(
     """
     known, sizes = uncertain(linear, levels), fitted.thresholds.sizes
     rng = np.random.default_rng(CHANCE_SEED)
-    n, k = known.columns.shape
-    drawn = rng.standard_normal((n, RUNS)) + known.columns @ rng.standard_normal((k, RUNS))
+    drawn = known.columns @ rng.standard_normal((known.columns.shape[1], RUNS))
+    drawn += draw_instrument_noise(linear, levels, RUNS, rng)
     every = np.column_stack([known.residual, drawn])  # the recording first
     weights, evidence = [], []
     for hypothesis in hypotheses:

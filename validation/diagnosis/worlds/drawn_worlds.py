@@ -10,17 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise, uneven_covariance
 from sssi_exudyn.fitting.evidence import Uncertain, uncertain, whiten_columns
-from sssi_exudyn.fitting.noise import NoiseLevels, level_priors
+from sssi_exudyn.validation.diagnosis.search.drawn_noise import draw_instrument_noise
 from sssi_exudyn.validation.diagnosis.worlds.catalogue import NOT_IN_THE_LIST, Answer
 from sssi_exudyn.validation.diagnosis.worlds.features import Features
 from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry
 
-_NOISES: Final = 15
-"""Noises that worlds are drawn with."""
-_NOISIER: Final = 1.3
-"""By how many times noise is larger than the levels at most: these fit the recording, and come out too small."""
 _MOST_TRIED: Final = 10
 """Worlds of an answer that are drawn at most for one that is wanted."""
 _PARTS: Final = 4
@@ -112,11 +107,7 @@ def observe(
     linear, levels = geometry.linear, geometry.levels
     white, _, strength = _left_of(geometry, known, moved)
     seen = white + known.columns @ rng.standard_normal((known.columns.shape[1], len(labels)))
-    noises = np.arange(len(labels)) % _NOISES
-    rng.shuffle(noises)
-    for k in range(_NOISES):
-        mine = np.flatnonzero(noises == k)
-        seen[:, mine] += whiten_columns(linear, levels, _noise(geometry, _other_levels(geometry, rng), len(mine), rng))
+    seen += draw_instrument_noise(linear, levels, len(labels), rng)
     return Worlds(labels, white, known.remove_from(seen), strength, np.bincount(labels))
 
 
@@ -132,26 +123,3 @@ def _left_of(geometry: Geometry, known: Uncertain, moved: Array) -> tuple[Array,
 def known_of(geometry: Geometry) -> Uncertain:
     """Return all that is uncertain of a run, at the levels of its worlds."""
     return uncertain(geometry.linear, geometry.levels)
-
-
-def _other_levels(geometry: Geometry, rng: np.random.Generator) -> NoiseLevels:
-    """Draw levels: the fixes' T from its prior with σ²/T kept, then all noise as much larger."""
-    levels, usual = geometry.levels, geometry.linear.measurements.usual
-    prior = level_priors(usual)["gps.correlation_time"]
-    memory = float(np.clip(prior.usual * np.exp(prior.spread * rng.standard_normal()), prior.low, prior.high))
-    larger = float(np.exp(rng.uniform(0.0, np.log(_NOISIER))))
-    levels = levels.remembering("gps", memory)
-    sizes = {name: larger * value for name, value in levels.numbers.items() if name.endswith(".sigma")}
-    return levels.with_numbers(sizes)
-
-
-def _noise(geometry: Geometry, levels: NoiseLevels, count: int, rng: np.random.Generator) -> Array:
-    """Draw (N, count) noise of all instruments."""
-    measurements = geometry.linear.measurements
-    drawn = np.zeros((len(geometry.linear.residual), count))
-    for name, place in measurements.blocks.items():
-        if place.stop > place.start:
-            noise: ExponentialNoise = levels.of(name)
-            cov = uneven_covariance(measurements.time_of(name), noise, measurements.scale[place])
-            drawn[place] = np.linalg.cholesky(cov) @ rng.standard_normal((len(cov), count))
-    return drawn
