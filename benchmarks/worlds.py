@@ -24,9 +24,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
@@ -64,6 +66,8 @@ from sssi_exudyn.validation.diagnosis.worlds.judge import learn_answers, shown_s
 EVEN: Final = replace(THRESHOLDS, natural=0.0)
 CLEAR: Final = 8.0
 """Standard errors from which an effect is clear."""
+NAMEABLE: Final = 4.0
+"""Standard errors that no other law takes away, from which a clear effect can be told from all others."""
 NOTHING_SHARE: Final = 4
 """Draws with nothing hidden, for each of an effect."""
 WEIGHERS: Final = ("tempered evidence", "evidence as it is", "worlds", "both", "best possible")
@@ -88,10 +92,26 @@ COUSINS: Final = {
 REPEATS: Final = 2000
 """Draws of stretches for an interval."""
 
-Row = tuple[str, float, float, str, float, bool, float]
-"""What is hidden in a run and its strength; probabilities of nothing and of the best name; whether that is right; the
-probability of the truth.
-"""
+
+class Row(NamedTuple):
+    """What a weigher says of a run.
+
+    hidden, standard_errors : what is, and how strong it is
+    apart : standard errors that no other law of the list takes away
+    p_nothing, p_best, p_truth : probability of nothing missing, of the ``best_name`` and of the truth
+    right : whether the best name is
+    """
+
+    hidden: str
+    standard_errors: float
+    apart: float
+    p_nothing: float
+    best_name: str
+    p_best: float
+    right: bool
+    p_truth: float
+
+
 Named = tuple[list[str], Array]
 """Names, and the probabilities (D, names) of runs."""
 
@@ -124,11 +144,13 @@ class Stretch:
 class Drawn:
     """Runs of one stretch: what is hidden in each, its strength, and each weigher's probabilities by name.
 
+    apart : (D,) standard errors that no other law of the list takes away
     left_out : which runs were weighed by worlds without the families like theirs, too, and their probabilities
     """
 
     hidden: list[str]
     strength: Array
+    apart: Array
     weighed: dict[str, Named]
     left_out: tuple[NDArray[np.int_], Named]
     outside: Array
@@ -207,7 +229,21 @@ def draw_and_weigh(stretch: Stretch, seed: int, draws: int) -> Drawn:
     clear = np.flatnonzero([name in UNKNOWN and s >= CLEAR for name, s in zip(hidden, worlds.strength, strict=True)])
     left_out = _by_strangers(stretch, features, hidden, clear, table, shown)
     both = _by_both((fits, tempered[clear]), left_out)
-    return Drawn(hidden, worlds.strength, dict(zip(WEIGHERS, ways, strict=True)), (clear, both), outside, seconds)
+    by_name = dict(zip(WEIGHERS, ways, strict=True))
+    apart = apart_from_others(hidden, worlds.strength, known.remove_from(worlds.moved), features)
+    return Drawn(hidden, worlds.strength, apart, by_name, (clear, both), outside, seconds)
+
+
+def apart_from_others(hidden: Sequence[str], strength: Array, left: Array, features: Features) -> Array:
+    """Return (D,) how many standard errors of what is ``hidden`` no other law of the list takes away, with the place
+    and the size that do most; it leaves ``left`` (N, D) next to all that is uncertain.
+    """
+    apart = np.zeros(len(hidden))
+    for name in set(hidden):
+        mine = np.flatnonzero([other == name for other in hidden])
+        taken = features.explained(left[:, mine], name)
+        apart[mine] = np.sqrt(np.maximum(strength[mine] ** 2 - taken, 0.0))
+    return apart
 
 
 def _by_worlds(
@@ -319,52 +355,58 @@ def answer_of(hidden: str, names: Sequence[str]) -> list[int]:
     return [i for i, name in enumerate(names) if name == hidden]
 
 
-def rows_of(hidden: Sequence[str], strength: Array, weighed: Named) -> list[Row]:
+def rows_of(hidden: Sequence[str], strength: Array, apart: Array, weighed: Named) -> list[Row]:
     """Return a row for each run, what has no cause as one name."""
     names, table = weighed
     unknown, rows = answer_of(next(iter(UNKNOWN)), names), []
-    for name, strong, p in zip(hidden, strength, table, strict=True):
+    for name, strong, away, p in zip(hidden, strength.tolist(), apart.tolist(), table, strict=True):
         together = {other: float(p[i]) for i, other in enumerate(names) if i not in unknown}
         together[NOT_IN_THE_LIST] = float(p[unknown].sum())
         nothing = together.pop(NOTHING_MISSING)
         best = max(together, key=lambda other: together[other])
         true = NOT_IN_THE_LIST if name in UNKNOWN else name
         p_true = nothing if name == NOTHING_MISSING else together.get(true, 0.0)
-        rows.append((name, float(strong), nothing, best, together[best], best == true, p_true))
+        rows.append(Row(name, strong, away, nothing, best, together[best], best == true, p_true))
     return rows
 
 
 def is_found(row: Row) -> bool:
     """Tell whether a run has a finding."""
-    return bool(row[2] <= THRESHOLDS.stands_out)
+    return bool(row.p_nothing <= THRESHOLDS.stands_out)
 
 
 def _is_clear(names: Sequence[str]) -> Callable[[Row], bool]:
-    return lambda row: row[0] in names and row[1] >= CLEAR
+    return lambda row: row.hidden in names and row.standard_errors >= CLEAR
+
+
+def _is_nameable(names: Sequence[str]) -> Callable[[Row], bool]:
+    return lambda row: row.hidden in names and row.standard_errors >= CLEAR and row.apart >= NAMEABLE
 
 
 def _is_sure(row: Row) -> bool:
-    return is_found(row) and row[4] > THRESHOLDS.sure
+    return is_found(row) and row.p_best > THRESHOLDS.sure
 
 
 def _is_null(row: Row) -> bool:
-    return bool(row[0] == NOTHING_MISSING)
+    return row.hidden == NOTHING_MISSING
 
 
 def _is_right(row: Row) -> bool:
-    return is_found(row) and row[5]
+    return is_found(row) and row.right
 
 
 def _log_score(row: Row) -> float:
-    return float(np.log(max(row[6], 1e-6)))
+    return float(np.log(max(row.p_truth, 1e-6)))
 
 
 FIGURES: Final[dict[str, tuple[Callable[[Row], float], Callable[[Row], bool]]]] = {
     "nothing hidden, found": (is_found, _is_null),
-    "nothing hidden, cannot tell": (lambda row: not is_found(row) and row[2] < THRESHOLDS.likely, _is_null),
+    "nothing hidden, cannot tell": (lambda row: not is_found(row) and row.p_nothing < THRESHOLDS.likely, _is_null),
     "clear listed, right first": (_is_right, _is_clear(LISTED)),
     "of physics": (_is_right, _is_clear(tuple(PHYSICS))),
-    "said > 0.8, wrong": (lambda row: not row[5], _is_sure),
+    "nameable listed, right first": (_is_right, _is_nameable(LISTED)),
+    "nameable physics": (_is_right, _is_nameable(tuple(PHYSICS))),
+    "said > 0.8, wrong": (lambda row: not row.right, _is_sure),
     "clear unlisted, called so": (_is_right, _is_clear(tuple(UNKNOWN))),
     "any strength, found": (is_found, lambda row: not _is_null(row)),
     "log score": (_log_score, lambda row: True),
@@ -402,8 +444,12 @@ def print_names(runs: Sequence[Drawn]) -> None:
     for name in EFFECTS:
         cells = []
         for weigher in WEIGHERS:
-            rows = [row for run in runs for row in rows_of(run.hidden, run.strength, run.weighed[weigher])]
-            clear = [row[3] if is_found(row) else "-" for row in rows if row[0] == name and row[1] >= CLEAR]
+            rows = [row for run in runs for row in rows_of(run.hidden, run.strength, run.apart, run.weighed[weigher])]
+            clear = [
+                row.best_name if is_found(row) else "-"
+                for row in rows
+                if row.hidden == name and row.standard_errors >= CLEAR
+            ]
             cells.append(", ".join(f"{called} {count}" for called, count in Counter(clear).most_common(3)))
         print(f"{name:26} " + "  |  ".join(cells[i] for i in (0, 2, 3, 4)))
 
@@ -415,6 +461,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=48001)
     parser.add_argument("--draws", type=int, default=12)
     parser.add_argument("--json", type=Path)
+    parser.add_argument("--rows", type=Path, help="keep what each weigher says of each run, as Parquet")
     chosen = parser.parse_args()
     runs: list[Drawn] = []
     for i, stretch in enumerate(chosen.stretches):
@@ -422,11 +469,11 @@ def main() -> None:
         run = runs[-1]
         print(f"{stretch}: {len(run.hidden)} runs, learned in {run.seconds:.0f} s of computing, outside the worlds: "
               f"{np.mean(run.outside < THRESHOLDS.world_outside):.3f}", flush=True)  # fmt: skip
-    rows = {way: [rows_of(run.hidden, run.strength, run.weighed[way]) for run in runs] for way in WEIGHERS}
+    rows = {way: [rows_of(run.hidden, run.strength, run.apart, run.weighed[way]) for run in runs] for way in WEIGHERS}
     result = {way: figures(by_stretch) for way, by_stretch in rows.items()}
     print_table(result)
     strange = [
-        rows_of([run.hidden[int(i)] for i in which], run.strength[which], weighed)
+        rows_of([run.hidden[int(i)] for i in which], run.strength[which], run.apart[which], weighed)
         for run in runs
         for which, weighed in [run.left_out]
         if len(which)
@@ -438,6 +485,14 @@ def main() -> None:
     if chosen.json:
         kept = {"figures": result, "left_out": called, "stretches": chosen.stretches, "rows": rows, "strange": strange}
         chosen.json.write_text(json.dumps(kept, indent=None) + "\n", encoding="utf-8")
+    if chosen.rows:
+        table = [
+            {"stretch": stretch, "weigher": way, **row._asdict()}
+            for way, by_stretch in rows.items()
+            for stretch, some in zip(chosen.stretches, by_stretch, strict=True)
+            for row in some
+        ]
+        pq.write_table(pa.Table.from_pylist(table), chosen.rows)
 
 
 if __name__ == "__main__":

@@ -28,6 +28,7 @@ from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, LinearProblem, best_levels, log_evidence, precision
 from sssi_exudyn.fitting.linear_fit import averaged_covariance, draw_amounts, widening
 from sssi_exudyn.fitting.linearised_run import (
@@ -131,6 +132,17 @@ class Posterior:
         """(k, k) covariance of ``numbers``."""
         slopes = self.setting.slopes(self.model)
         return np.asarray(self.covariance * np.outer(slopes, slopes))
+
+    def model_where(self, known: Mapping[NumberRef, float]) -> Model:
+        """Return the model where some numbers of θ are ``known``: the others are where they most probably are then, by
+        their covariance with these.
+        """
+        model = self.model.with_values(dict(known))
+        held = np.array([bool(set(unknown.names) & known.keys()) for unknown in self.setting.unknowns])
+        values = self.setting.values(model)
+        across = self.covariance[np.ix_(~held, held)]
+        values[~held] += across @ np.linalg.solve(self.covariance[np.ix_(held, held)], (values - self.values)[held])
+        return self.setting.at(model, np.clip(values, *self.setting.bounds(model).T))
 
     @property
     def track_error(self) -> float:

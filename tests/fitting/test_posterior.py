@@ -208,6 +208,18 @@ def test_concealed_errors_are_found_within_their_uncertainty() -> None:
     assert np.mean((posterior.sizes - sizes)[measured] ** 2) < 0.9**2
     # of 80 errors none in a hundred draws is beyond 3.8 of what is left of it
     assert np.max(np.abs(posterior.sizes - sizes) / errors.std(axis=0)) < 3.8
+    # Where friction is known the start is where the draws with that friction have it on average.
+    names = [str(name) for name in posterior.setting.names]
+    mu_t, speed = names.index("friction.mu_t"), names.index("start.velocity_f")
+    more = float(spread[mu_t])
+    known = posterior.model_where({"friction.mu_t": posterior.model.friction.mu_t + more})
+    assert known.friction.mu_t == pytest.approx(posterior.model.friction.mu_t + more)
+    slope = np.cov(every[:, mu_t], every[:, speed])
+    expected = slope[0, 1] / slope[0, 0] * more
+    # 4000 draws give a slope to 1.6 % of what all of the speed's spread would be
+    assert known.start.velocity_f - posterior.model.start.velocity_f == pytest.approx(
+        expected, abs=0.08 * spread[speed]
+    )
     # The moments are closed and the track is met to the noise that was added.
     x = posterior.residual[posterior.setting.seen.blocks["x"]]
     assert np.sqrt(np.mean(x**2)) < 2.0 * posterior.setting.seen.usual.of("x").sigma

@@ -85,7 +85,7 @@ pytestmark = pytest.mark.usefixtures("coarse_skis")
 @pytest.fixture(scope="module")
 def base() -> tuple[Recording, Motion, Model]:
     recording, motion = bundled("beginner")
-    motion = replace(motion, stop=motion.start + 7.0)  # two turns: what is hidden is seen as well as in 11 s
+    motion = replace(motion, stop=motion.start + 8.0)  # two turns: what is hidden is seen as well as in 11 s
     model = coarse(model_of(recording, motion))  # the world is a full model still
     problem = problem_of(recording, motion, model, "joint")
     with in_less_detail():

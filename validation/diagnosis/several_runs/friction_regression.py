@@ -351,7 +351,7 @@ def model_with_law(run: SeparateFit) -> Model:
     if posterior is None:
         return run.fit.model
     shared = [name for p in run.fit.parameters for name in p.names if name in SHARED or name.startswith(_OWN)]
-    return posterior.model.with_values({name: run.fit.model.value(name) for name in shared})
+    return posterior.model_where({name: run.fit.model.value(name) for name in shared})
 
 
 def _brakes(model: Model, feet: FootState) -> bool:

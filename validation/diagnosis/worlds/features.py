@@ -127,12 +127,14 @@ class Features:
         """
         return dict(zip((f.name for f in self._families), self._all(rest), strict=True))
 
-    def explained(self, left: Array) -> Array:
+    def explained(self, left: Array, without: str = "") -> Array:
         """Return (D,) strength² that the best candidate of a listed law or fault explains of what leaves ``left``
-        (N, D) in the measurements next to all that is uncertain, with whatever amplitudes.
+        (N, D) in the measurements next to all that is uncertain, with whatever amplitudes; all laws but ``without``.
         """
         best = np.zeros(left.shape[1])
         for family in self._families[: self._listed]:
+            if family.name == without:
+                continue
             known = family.information.known
             seen = 1.0 / np.maximum(known, _UNSEEN * known[:, -1:])
             gain = seen[:, None] @ family.along(left, self._pushed(left)) ** 2

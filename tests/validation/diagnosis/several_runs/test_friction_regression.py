@@ -288,4 +288,5 @@ def test_friction_that_is_least_at_a_speed_is_found_in_two_runs(tmp_path: Path) 
     track = slice(problem.measurements.blocks["x"].start, problem.measurements.blocks["y"].stop)
     run = simulate_reduced(stored, prepare(stored, problem.motion))
     missed = (problem.measurements.measured - problem.measurements.predict(stored, run))[track]
-    assert np.sqrt(np.mean(missed**2)) < 0.06  # three of what the receiver states
+    # what the receiver states; it is 0.12 where the start does not move with the law
+    assert np.sqrt(np.mean(missed**2)) < 0.02

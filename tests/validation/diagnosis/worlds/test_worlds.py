@@ -226,6 +226,17 @@ def test_what_no_law_describes_but_does_what_a_law_does_is_not_unlisted(geometry
     assert worlds.tried.tolist() == [10, 100]  # ten for one that is wanted, and then no more
 
 
+def test_all_of_a_law_is_explained_by_that_law_and_less_by_others(geometry: Geometry) -> None:
+    known = known_of(geometry)
+    features = Features(geometry, known, FEWER)
+    for name, share in (("gust", 1.0), ("gps_delay", 0.5)):  # a late clock is like no other law; a gust is like others
+        moved = geometry.candidates[name][-1].free.columns[:, :1]
+        left = known.remove_from(whiten_columns(geometry.linear, geometry.levels, moved))
+        strength = float(np.sum(whiten_columns(geometry.linear, geometry.levels, moved) * left))
+        assert features.explained(left)[0] == pytest.approx(strength, rel=1e-6)
+        assert 0.0 < features.explained(left, name)[0] < share * strength
+
+
 def test_worlds_are_as_strong_as_is_wanted(geometry: Geometry, answers: list[Answer]) -> None:
     known = known_of(geometry)
     wanted = Wanted(Features(geometry, known, FEWER), FEWER.world_same, (6.0, 12.0))
