@@ -39,14 +39,6 @@ INTERVAL: Final = 0.1
 _LEAST_COUNT: Final = 1e-4
 _MARGIN: Final = 0.3
 """s at both ends in which insoles and moment are not used: the simulated skier is still settling, splines end."""
-_UNSETTLED: Final = 0.1
-_SETTLES: Final = 0.6
-"""Share of the load by which a simulated skier's differs at his start, and s within which that falls to a third.
-
-How deep he stands and how fast he sinks is unknown there.  Runs begun on the way differ from runs begun two seconds
-before by 7 % in the first 0.2 s, 3 % at 0.5 s and 1 % at 1 s (root mean square, 36 starts of 12 skiers), some by twice
-as much.
-"""
 _UNKNOWN_TURN: Final = 5.0
 """m/s² by which a skier's acceleration before the start or after the end differs from that at it: half of g across,
 from one turn to the next."""
@@ -133,7 +125,6 @@ class Measurements:
     stated : (n,) what each fix counts by its own standard deviation, 1 for an ordinary one
     counts : (n,) the same, less where it is far off its neighbours (``objective.counts_of``)
     vertical : standard deviation of a fix's height over that of its place, as its instrument says
-    begin : s, when the simulated skier starts, and has not settled on the snow; -inf where he has
     """
 
     fixes: Array
@@ -144,19 +135,15 @@ class Measurements:
     stated: Array
     counts: Array
     vertical: float = VERTICAL
-    begin: float = -np.inf
 
     @property
     def scale(self) -> Scale:
         """Return by how much noisier each of the N measurements is than its instrument's usual ones.  Fixes are for
-        seconds where they say so, and for themselves alone where they are off.  So are loads while the simulated skier
-        settles: he bounces three times a second.
+        seconds where they say so, and for themselves alone where they are off.
         """
+        loads = np.ones(2 * len(self.windows))
         lasting, total = (1.0 / np.sqrt(np.maximum(counts, _LEAST_COUNT)) for counts in (self.stated, self.counts))
-        unsettled = _UNSETTLED * mean_load(self.loads) * np.exp((self.begin - self.windows) / _SETTLES)
-        loads = [np.hypot(1.0, unsettled / self.usual.of(name).sigma) for name in ("load", "difference")]
-        steady = np.ones(2 * len(self.windows))
-        return Scale(np.concatenate([lasting] * 3 + [steady]), np.concatenate([total] * 3 + loads))
+        return Scale(*(np.concatenate([fixes, fixes, fixes, loads]) for fixes in (lasting, total)))
 
     @property
     def measured(self) -> Array:
@@ -211,7 +198,7 @@ def measurements_of(recording: Recording, model: Model, start: float, stop: floa
     sigma = gps.sigma[inside]
     usual = float(np.median(sigma))
     stated = np.minimum(1.0, (usual / sigma) ** 2)
-    return Measurements(gps.time[inside], place, usual, windows, loads, stated, stated, gps.vertical, start)
+    return Measurements(gps.time[inside], place, usual, windows, loads, stated, stated, gps.vertical)
 
 
 def averages(time: Array, values: Array, windows: Array, length: float = INTERVAL) -> Array:
@@ -393,20 +380,14 @@ def observation_of(
             np.zeros(3 * len(windows)),
         ]
     )
-    every = replace(seen, counts=counts).scale
-    of_fixes, of_loads = every[: sum(len(time) for time in fixes)], every[seen.blocks["load"].start :]
-    of_speed, of_moments = np.ones(2 * len(velocity_time)), np.ones(3 * len(windows))
+    of_fixes = replace(seen, counts=counts).scale[: sum(len(time) for time in fixes)]
+    others = np.ones(len(measured) - len(of_fixes.total))
     return Observation(
         mass=recording.skier.mass,
         measured=measured,
         blocks={name: slice(int(a), int(b)) for name, a, b in zip(_OBSERVED, edges[:-1], edges[1:], strict=True)},
         times=dict(zip(_OBSERVED, times, strict=True)),
-        scale=Scale(
-            *(
-                np.concatenate([getattr(of_fixes, part), of_speed, getattr(of_loads, part), of_moments])
-                for part in ("lasting", "total")
-            )
-        ),
+        scale=Scale(*(np.concatenate([part, others]) for part in (of_fixes.lasting, of_fixes.total))),
         usual=usual_levels(
             seen.gps_sigma,
             seen.vertical * seen.gps_sigma,

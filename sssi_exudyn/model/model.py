@@ -43,6 +43,9 @@ Name = TypeVar("Name", bound=str)
 """The name of a number: a ``NumberRef``, or in a script its text."""
 
 
+_AT_REST: Final = "0: at rest on the snow apart from his speed"
+
+
 @dataclass(frozen=True)
 class Start:
     """Place, velocity and heading offset at the run's start, fitted because no instrument gives them exactly."""
@@ -54,6 +57,17 @@ class Start:
     )
     velocity_l: float = quantity(
         0.0, "m/s", low=-50.0, high=50.0, source="GPS", meaning="the antenna's speed to the left"
+    )
+    height: float = quantity(
+        0.0,
+        "m",
+        low=-0.2,
+        high=0.2,
+        source=_AT_REST,
+        meaning="how much higher the skier stands than at rest on the snow",
+    )
+    velocity_n: float = quantity(
+        0.0, "m/s", low=-2.0, high=2.0, source=_AT_REST, meaning="how fast he rises beyond what his posture does"
     )
     heading_offset: float = quantity(
         0.0, "rad", low=-0.35, high=0.35, source="prior of 1 degree", meaning="turn of the whole capture about gravity"

@@ -63,6 +63,8 @@ _LATER: Final = {
         "pole_length",
     ),
     "PolePlant": ("side",),
+    "Start": ("height", "velocity_n"),
+    "GpsJump": ("rise",),
     "Ski": ("uncertainty",),
     "NoiseLevels": ("force",),
     "AnisotropicFriction": ("slip", "sharpness"),

@@ -42,32 +42,6 @@ def test_fixes_of_instants_outside_the_run_count_less(late: float, counts: float
     assert np.count_nonzero(stamped.counts < counts) == (3 if late else 0)
 
 
-def test_loads_count_less_while_a_simulated_skier_settles() -> None:
-    """At first his load is off by a tenth of itself, by a third of that each 0.6 s later; noise adds to that."""
-    windows, loads = START + 0.3 + 0.1 * np.arange(18), np.full((18, 2), 400.0)
-    settled = replace(fixes(), windows=windows, loads=loads)
-    np.testing.assert_array_equal(settled.scale.total, 1.0)
-    seen = replace(settled, begin=START)
-    rows, noise = seen.blocks["load"], seen.usual.of("load").sigma
-    off = 0.1 * 800.0 * np.exp(-(windows - START) / 0.6)
-    np.testing.assert_allclose(noise * seen.scale.total[rows], np.sqrt(noise**2 + off**2))
-    np.testing.assert_array_equal(seen.scale.lasting, 1.0)  # he bounces: one reading says nothing of the next
-    np.testing.assert_array_equal(seen.scale.total[seen.blocks["height"]], 1.0)
-
-
-def test_an_estimate_and_a_diagnosis_have_the_same_of_it() -> None:
-    recording, motion = bundled("beginner")
-    motion = replace(motion, stop=motion.start + SECONDS)
-    theirs, ours = (
-        diagnosis_problem(recording, motion, model_of(recording, motion)).measurements,
-        observed(comparing=True),
-    )
-    for name in ("load", "difference"):
-        scale = theirs.scale.total[theirs.blocks[name]]
-        np.testing.assert_array_equal(ours.scale.total[ours.blocks[name]], scale)
-        assert np.all(np.diff(scale) < 0.0)
-
-
 def observed(*, comparing: bool) -> Observation:
     recording, motion = bundled("beginner")
     motion = replace(motion, stop=motion.start + SECONDS)

@@ -189,11 +189,12 @@ def _start_of_pelvis(parts: Parts, posture: PostureTable) -> tuple[Array, Array]
 
 
 def settle(parts: Parts, posture: PostureTable, pelvis: Array, velocity: Array) -> Array:
-    """Return coordinates (total values) of pelvis and skis at rest on the snow, loaded as at the start of the run.
+    """Return coordinates (total values) of pelvis and skis at rest on the snow, loaded as at the start of the run, and
+    as much higher as the model's start has it.
 
     The load along the normal is the weight's share plus what lifts the centre of mass as the posture does at the start.
     ``velocity`` (3,) is completed in place: along the normal the pelvis goes so that the feet, weighted by their loads,
-    keep their depth.
+    keep their depth, and as much faster as the start has it.
     """
     gravity = gravity_in_slope(parts.model.inclination)
     share = np.array([0.5, 0.5])
@@ -211,7 +212,10 @@ def settle(parts: Parts, posture: PostureTable, pelvis: Array, velocity: Array) 
             share = loads / loads.sum()
     finally:
         system.release()
+    start = parts.model.start
     velocity[2] = along_snow(parts.model, pelvis + posture.foot_place[0], velocity, posture.foot_velocity[0], share)
+    velocity[2] += start.velocity_n
+    displaced[2] += start.height
     return displaced + system.ref
 
 

@@ -37,7 +37,7 @@ class Direction:
 
     parameter : where it stands among the laws' parameters, −1 for none of them
     values : the laws' parameters at which the derivative is taken; None for the run's own
-    start : where it stands among the antenna's place and velocity at the start (f, l, f, l), −1 for none of them
+    start : where it stands among place and velocity at the start (f, l, n, f, l, n), −1 for none of them
     surface : (nf + 2, nl + 2) m, change of the snow surface's coefficients; None where it does not change
     tables : the posture's tables with the number's complex step; None where they do not change
     leg : stiffness (1/s²) and damping (1/s) of the rise under legs that give
@@ -175,10 +175,9 @@ def place_at_start(at: Prepared, ordered: Sequence[Direction]) -> tuple[Array, A
     for k, direction in enumerate(ordered):
         tables = direction.tables_at_start(at)
         place[:2, k], velocity[:2, k] = -slope_of(tables.antenna[0, :2]), -slope_of(tables.antenna_velocity[0, :2])
-        if 0 <= direction.start < 2:
-            place[direction.start, k] += 1.0
-        elif direction.start >= 2:
-            velocity[direction.start - 2, k] += 1.0
+        for axis in (0, 1):
+            place[axis, k] += direction.start == axis
+            velocity[axis, k] += direction.start == 3 + axis
     return place, velocity
 
 

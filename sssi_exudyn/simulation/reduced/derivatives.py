@@ -27,7 +27,17 @@ from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.contact.term import Term, WindTerm
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, cross
-from sssi_exudyn.core.number_ref import HEADING_OFFSET, START_F, START_L, VELOCITY_F, VELOCITY_L, NumberRef, number_ref
+from sssi_exudyn.core.number_ref import (
+    HEADING_OFFSET,
+    HEIGHT,
+    START_F,
+    START_L,
+    VELOCITY_F,
+    VELOCITY_L,
+    VELOCITY_N,
+    NumberRef,
+    number_ref,
+)
 from sssi_exudyn.model.faults import CaptureSensor
 from sssi_exudyn.model.legs import Legs
 from sssi_exudyn.model.model import Model, mode_index
@@ -72,7 +82,7 @@ _TABLES: Final = 300_000
 larger arrays cost more to be had than they save."""
 _LEAST: Final = 24
 """Of them in a pass that is worth its run."""
-_START: Final = {START_F: 0, START_L: 1, VELOCITY_F: 2, VELOCITY_L: 3}
+_START: Final = {START_F: 0, START_L: 1, HEIGHT: 2, VELOCITY_F: 3, VELOCITY_L: 4, VELOCITY_N: 5}
 
 
 @dataclass(frozen=True)
@@ -326,6 +336,9 @@ def _start_tangents(
     )
     for foot in range(2):
         velocity[2] += share[foot] * rising[foot] + start.rests[1].share[foot] * own[foot]
+    for k, direction in enumerate(ordered):
+        place[2, k] += direction.start == _START[HEIGHT]
+        velocity[2, k] += direction.start == _START[VELOCITY_N]
     return place, velocity, eta
 
 

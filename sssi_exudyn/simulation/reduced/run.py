@@ -67,7 +67,7 @@ class Rest:
 @dataclass(frozen=True)
 class StartOfRun:
     """How a run starts: place and velocity of the pelvis (3,) m, m/s, and the states of rest that led there, the first
-    with equal loads assumed, the second with the loads of the first.
+    with equal loads assumed, the second with the loads of the first.  From rest he may be raised, and move.
     """
 
     place: Array
@@ -83,8 +83,9 @@ class StartOfRun:
 def start_of_run(
     model: Model, at: Prepared, kernel: Any, parameters: LawParameters, contact: ModalContact
 ) -> StartOfRun:
-    """Return where and how a run starts, at rest on the snow apart from its speed.  Raises SimulationDiverged where
-    there is no rest.
+    """Return where and how a run starts, at rest on the snow apart from its speed and what the model's start adds.
+
+    Raises SimulationDiverged where there is no rest.
     """
     pelvis, velocity = first_place(model, at)
     share = np.array([0.5, 0.5])
@@ -98,6 +99,8 @@ def start_of_run(
         rests.append(Rest(float(pelvis[2]), eta.copy(), _loads(kernel, parameters, pelvis, at, contact, eta)))
         share = rests[-1].share
     velocity[2] = along_snow(model, pelvis + at.foot_place[0], velocity, at.foot_velocity[0], share)
+    velocity[2] += model.start.velocity_n
+    pelvis[2] += model.start.height
     return StartOfRun(pelvis, velocity, (rests[0], rests[1]))
 
 
