@@ -24,6 +24,8 @@ import pyarrow.parquet as pq
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
+import numpy as np
+from scipy.stats import chisquare, norm
 
 from sssi_exudyn.io.parquet import read_texts
 from sssi_exudyn.io.typed import decode, read_json
@@ -42,6 +44,10 @@ TEXT = NOTEBOOK / "diagnosis-benchmark-text.txt"
 """Text below the figures."""
 PICTURES = Path(__file__).parent / "images"
 _COLUMNS = ("case", "result", "seal", "commit")
+INSIDE = 1.645
+"""Standard deviations of a 90 % interval."""
+STRENGTHS = ((0.0, 3.0), (3.0, 5.0), (5.0, 8.0), (8.0, 12.0), (12.0, 1e3))
+"""Standard errors of effects that are counted together."""
 
 
 class Alone(NamedTuple):
@@ -244,6 +250,66 @@ def alone_text(kind: str) -> str:
     return "\n".join(lines) + "\n\n"
 
 
+def ranks_text() -> str:
+    """Return where truths stand in what is said of runs with nothing hidden, by tenths of its distribution."""
+    nothing = [pair for pair in kept_answers(ALONE["none"].kept("none")) if pair[1].diagnosis is not None]
+    rows: dict[str, list[float]] = {"μ_t": [], "μ_n": [], "`chance`": []}
+    for case, result in nothing:
+        assert result.diagnosis is not None
+        said = result.diagnosis.friction_averaged or {}
+        for name, number, true in (("μ_t", said.get("mu_t"), case.mu_t), ("μ_n", said.get("mu_n"), case.mu_n)):
+            if number is not None and true is not None:
+                side = number.high - number.value if true > number.value else number.value - number.low
+                rows[name].append(float(norm.cdf(INSIDE * (true - number.value) / max(side, 1e-9))))
+        if result.diagnosis.chance is not None:
+            rows["`chance`"].append(result.diagnosis.chance.as_strong)
+    lines = [
+        "## Ranks",
+        "",
+        "Where the truth stands in the distribution that is said of it, in runs with nothing hidden, and `chance`: runs in each "
+        "tenth. A right distribution has as many in each.",
+        "",
+        f"| | {' | '.join(f'{k / 10:.1f}' for k in range(1, 11))} | a right one is as uneven in |",
+        "|---|" + "---|" * 11,
+    ]
+    for name, ranks in rows.items():
+        counts = np.histogram(ranks, bins=10, range=(0.0, 1.0))[0]
+        as_uneven = f"{100.0 * float(chisquare(counts).pvalue):.0f} %"
+        lines.append(f"| {name} | {' | '.join(map(str, counts))} | {as_uneven} |")
+    return "\n".join(lines) + "\n\n"
+
+
+def detection_text() -> str:
+    """Return how well a finding can be told from nothing by the first comparison's probability of it."""
+    missing: dict[str, list[float]] = {"nothing": []}
+    for kind, alone in ALONE.items():
+        for case, result in kept_answers(alone.kept(kind)) if alone.kept(kind).exists() else []:
+            if result.diagnosis is None or not result.diagnosis.weighed:
+                continue
+            by_name = {one.name: one.probability for one in result.diagnosis.weighed[0]}
+            strong = result.oracle or 0.0
+            group = next((f"{low} to {high}" for low, high in STRENGTHS if low <= strong < high), "")
+            missing.setdefault("nothing" if case.kind == "none" else group, []).append(1.0 - by_name[NOTHING_MISSING])
+    null = np.sort(missing.pop("nothing"))
+    lines = [
+        "## Detection",
+        "",
+        f"How often something is more probably missing than in {len(null)} runs with nothing hidden (the area under the "
+        "receiver's operating characteristic), and in how many runs it is so at a probability that 1 % or 5 % of those reach.",
+        "",
+        "| standard errors of the effect, or of two | runs | area | found at 1 % false alarms | at 5 % |",
+        "|---|---|---|---|---|",
+    ]
+    for low, high in STRENGTHS:
+        found = np.array(missing.get(f"{low} to {high}", []))
+        if len(found):
+            area = np.mean(0.5 * (np.searchsorted(null, found) + np.searchsorted(null, found, "right"))) / len(null)
+            shares = [f"{100.0 * np.mean(found > np.quantile(null, level)):.0f} %" for level in (0.99, 0.95)]
+            words = f"{low:g} to {high:g}" if high < STRENGTHS[-1][1] else f"{low:g} or more"
+            lines.append(f"| {words} | {len(found)} | {area:.2f} | {shares[0]} | {shares[1]} |")
+    return "\n".join(lines) + "\n\n"
+
+
 def kept_answers(path: Path) -> list[tuple[Case, CaseResult]]:
     """Return the cases and the answers that a file keeps."""
     answers = []
@@ -265,7 +331,8 @@ def page() -> str:
     """Return the page."""
     scores, commit = kept_scores(KEPT)
     text = TEXT.read_text(encoding="utf-8").replace("COMMIT", commit)
-    return f"{benchmark_page(scores)}\n{''.join(map(alone_text, ALONE))}{failures_text()}\n{text}"
+    figures = f"{''.join(map(alone_text, ALONE))}{ranks_text()}{detection_text()}"
+    return f"{benchmark_page(scores)}\n{figures}{failures_text()}\n{text}"
 
 
 if __name__ == "__main__":

@@ -14,7 +14,9 @@ from a_law import law_as_found
 from bundled import bundled
 
 from sssi_exudyn.commands import diagnosis as command
+from sssi_exudyn.commands.recordings import SILENT
 from sssi_exudyn.contact.terms.friction_law import FrictionLaw
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
@@ -114,3 +116,11 @@ def test_a_day_keeps_the_law_that_it_offers(monkeypatch: pytest.MonkeyPatch, tmp
             assert kept.exists() == offered
             if offered:
                 assert read_model(kept) == with_law
+
+
+def test_a_recording_too_short_for_a_benchmark_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    recording, motion = bundled("beginner")
+    short = replace(motion, stop=motion.start + 4.9)
+    monkeypatch.setattr(command, "read_folder", lambda *_: (recording, short))
+    with pytest.raises(InputError, match=r"the run has 4\.9 s, and 5 s are needed; leave this recording out"):
+        command.bases_of([Path("short")], SILENT)
