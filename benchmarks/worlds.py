@@ -487,7 +487,7 @@ def main() -> None:
         chosen.json.write_text(json.dumps(kept, indent=None) + "\n", encoding="utf-8")
     if chosen.rows:
         table = [
-            {"stretch": stretch, "weigher": way, **row._asdict()}
+            {"stretch": Path(stretch).name, "seed": chosen.seed, "weigher": way, **row._asdict()}
             for way, by_stretch in rows.items()
             for stretch, some in zip(chosen.stretches, by_stretch, strict=True)
             for row in some

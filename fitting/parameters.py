@@ -60,9 +60,9 @@ decide.  These are measurements; counted beforehand too, as a fit to the track a
 where a late clock or an antenna elsewhere would move it: a clock 0.139 s late came out as 0.105 ± 0.005 s.
 """
 BOUNCE: Final = {HEIGHT: Prior(0.0, 0.005), VELOCITY_N: Prior(0.0, 0.1)}
-"""m and m/s by which a skier is not at rest on the snow at the start.  Runs begun on the way differ from runs begun two
-seconds before by 7 % of the load in the first 0.2 s, some by twice as much (36 starts of 12 skiers), in snow that damps
-little for seconds: 2 to 4 mm of the snow, and 0.1 m/s.
+"""m and m/s by which a skier is not at rest on the snow at the start.  A run begun at rest differs from one begun two
+seconds before by 7 % of the load in the first 0.2 s, some by twice as much (36 starts of 12 skiers): by 2 to 4 mm, and
+0.1 m/s.  In snow that damps little that lasts for seconds.
 """
 USUAL_CUFF: Final = 0.06
 """Share of the load that a boot's cuff takes usually."""
