@@ -301,12 +301,12 @@ def detection_text() -> str:
         "|---|---|---|---|---|",
     ]
     for low, high in STRENGTHS:
-        found = np.array(missing.get(f"{low} to {high}", []))
-        if len(found):
-            area = np.mean(0.5 * (np.searchsorted(null, found) + np.searchsorted(null, found, "right"))) / len(null)
-            shares = [f"{100.0 * np.mean(found > np.quantile(null, level)):.0f} %" for level in (0.99, 0.95)]
+        reached = np.array(missing.get(f"{low} to {high}", []))
+        if len(reached):
+            area = np.mean(0.5 * (np.searchsorted(null, reached) + np.searchsorted(null, reached, "right"))) / len(null)
+            shares = [f"{100.0 * np.mean(reached > np.quantile(null, level)):.0f} %" for level in (0.99, 0.95)]
             words = f"{low:g} to {high:g}" if high < STRENGTHS[-1][1] else f"{low:g} or more"
-            lines.append(f"| {words} | {len(found)} | {area:.2f} | {shares[0]} | {shares[1]} |")
+            lines.append(f"| {words} | {len(reached)} | {area:.2f} | {shares[0]} | {shares[1]} |")
     return "\n".join(lines) + "\n\n"
 
 

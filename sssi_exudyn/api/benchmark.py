@@ -36,7 +36,6 @@ def benchmark(
     workers: Workers | None = None,
     full: int = 30,
     conceal: Concealed = "all",
-    seconds: PositiveNumber = 6.25,
     progress: ProgressWanted = False,
 ) -> Scores:
     """Test the diagnosis on sealed cases.
@@ -50,7 +49,6 @@ def benchmark(
     workers : processes (default: one a core)
     full : cases for the full model
     conceal : what the cases conceal
-    seconds : length of a case on average, 4 s at least
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
     Raises InputError for a recording without a GPS, and for one of less than 5 s.
@@ -73,7 +71,6 @@ def benchmark(
                 workers=cores_used(workers),
                 progress=stage.advance,
                 conceal=conceal,
-                seconds=seconds,
             )
 
 

@@ -37,12 +37,10 @@ from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_jump import Dis
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.slope_change import OtherInclination
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.snow_patch import PatchOfSnow
 
-SECONDS: Final = 6.25
-"""Length of a case on average."""
-_LENGTHS: Final = (0.88, 1.12)
-"""Shares of that which a case has."""
+_LENGTHS: Final = (5.5, 7.0)
+"""s; lengths of cases."""
 _SHORTEST: Final = 4.0
-"""s; shortest case: effects that last for a while, and a receiver's lost fix, take up to 3 s."""
+"""s; shortest case, of a short recording: effects that last for a while, and a receiver's lost fix, take up to 3 s."""
 _ATTEMPTS: Final = 40
 _HALVED: Final = 10
 """Draws after which an effect is half as strong: with some no slow skier goes on."""
@@ -144,19 +142,19 @@ def plan(count: int, seed: int, conceal: Concealed = "all") -> list[tuple[str, s
     return [cases[i] for i in order]
 
 
-def make(index: int, planned: tuple[str, str, int], bases: list[Recorded], seed: int, seconds: float = SECONDS) -> Made:
+def make(index: int, planned: tuple[str, str, int], bases: list[Recorded], seed: int) -> Made:
     """Make the case of that number: simulated by the full model with its concealed effect, and recorded.
 
-    ``bases`` are recordings with their movements and fitted models; each case is a stretch of one of them, ``seconds``
-    long on average (4 s at least), or all of a shorter one.  A stretch that cannot be simulated (it begins in the air,
-    say) or on which the effect stops the skier is drawn again.  An effect that stops every skier becomes weaker.
+    ``bases`` are recordings with their movements and fitted models; each case is a stretch of one of them, or all of a
+    short one.  A stretch that cannot be simulated (it begins in the air, say) or on which the effect stops the skier is
+    drawn again.  An effect that stops every skier becomes weaker.
 
     Raises SimulationDiverged or SkierStops when none of forty can be used.
     """
     for attempt in range(_ATTEMPTS):
         try:
             share = 0.5 ** (attempt // _HALVED)
-            return _draw(index, planned, bases, np.random.default_rng([seed, 1, index, attempt]), seconds, share)
+            return _draw(index, planned, bases, np.random.default_rng([seed, 1, index, attempt]), share)
         except (SimulationDiverged, SkierStops) as error:
             failure = error
     raise failure
@@ -167,14 +165,12 @@ def _draw(
     planned: tuple[str, str, int],
     bases: list[Recorded],
     rng: np.random.Generator,
-    seconds: float,
     share: float,
 ) -> Made:
-    """Draw a case of ``seconds`` on average whose effects have a ``share`` of the planned strength."""
+    """Draw a case whose effects have a ``share`` of the planned strength."""
     name, kind, strength = planned
     recording, motion, fitted = bases[int(rng.integers(len(bases)))]
-    long = max(seconds * float(rng.uniform(*_LENGTHS)), _SHORTEST)
-    long = min(long, motion.stop - motion.start - _LEAD)
+    long = min(float(rng.uniform(*_LENGTHS)), motion.stop - motion.start - _LEAD)
     begin = float(rng.uniform(motion.start + _LEAD, motion.stop - long))
     stated = replace(motion, start=begin, stop=begin + long)
     true, motion = other_day(rng, recording, replace(stated, start=begin - _LEAD), fitted)

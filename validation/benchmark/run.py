@@ -39,7 +39,7 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.provenance import source_digest
 from sssi_exudyn.runtime.workers import end_with_parent
-from sssi_exudyn.validation.benchmark.cases import SECONDS, Case, Made, Recorded, make, plan
+from sssi_exudyn.validation.benchmark.cases import Case, Made, Recorded, make, plan
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.scores import CaseResult, Scores, score
 from sssi_exudyn.validation.benchmark.world import Instruments
@@ -104,14 +104,12 @@ class SealedCases:
     """The cases of a benchmark in its folder, each made and diagnosed once.
 
     full : how many of them, the first ones, are diagnosed with the full model
-    seconds : length of one on average
     """
 
     bases: Bases
     seed: int
     full: int
     folder: Path
-    seconds: float = SECONDS
 
     def answer_file(self, index: int) -> Path:
         """Return where the answer of a case is."""
@@ -130,7 +128,7 @@ class SealedCases:
         if not path.exists():
             with clear_errors(path.parent):
                 make_folder(path.parent)
-            write_atomically(path, to_json(make(index, planned, self.bases, self.seed, self.seconds).case))
+            write_atomically(path, to_json(make(index, planned, self.bases, self.seed).case))
         case = read_json(path, Case)
         if (case.index, case.name, case.kind, case.strength) != (index, *planned):
             raise InputError(path, "", "the answer of another benchmark", "choose another folder with --out")
@@ -144,7 +142,7 @@ class SealedCases:
         path = self.result_file(case.index)
         if path.exists():
             return
-        made = make(case.index, planned, self.bases, self.seed, self.seconds)
+        made = make(case.index, planned, self.bases, self.seed)
         if not is_same_case(made.case, case):
             answer = self.answer_file(case.index)
             raise InputError(answer, "", "its seed makes another case", "choose another folder with --out")
@@ -237,15 +235,14 @@ def run_benchmark(
     workers: int,
     progress: Advance,
     conceal: Concealed,
-    seconds: float,
 ) -> Scores:
     """Make, seal, diagnose and score ``count`` cases into ``folder``, in ``workers`` processes.
 
-    They have ``seconds`` on average.  The first ``full`` cases are diagnosed with the full model.
+    The first ``full`` cases are diagnosed with the full model.
     """
     planned = plan(count, seed, conceal)
     cases: dict[int, Case] = {}
-    sealed = SealedCases(bases, seed, full, folder, seconds)
+    sealed = SealedCases(bases, seed, full, folder)
     with ProcessPoolExecutor(workers, get_context("spawn"), _prepare_worker, (sealed,)) as pool:
         making = [pool.submit(_make_case, index, case) for index, case in enumerate(planned)]
         for future in as_completed(making):

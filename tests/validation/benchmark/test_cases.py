@@ -58,14 +58,15 @@ def test_a_skier_is_recorded_once_he_has_settled_on_the_snow() -> None:
     assert 9.0 < float(np.std(noise[loaded])) < 15.0
 
 
-@pytest.mark.parametrize(("seconds", "least", "most"), [(1.0, 4.0, 4.0), (5.0, 4.4, 5.6), (60.0, 10.0, 10.5)])
-def test_a_case_is_as_long_as_is_asked_or_as_its_recording(
-    seconds: float, least: float, most: float, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("recorded", "least", "most"), [(5.5, 4.5, 4.5), (11.0, 5.5, 7.0)])
+def test_a_case_is_as_long_as_its_recording_at_most(
+    recorded: float, least: float, most: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recording, motion = bundled("beginner")
+    motion = replace(motion, stop=motion.start + recorded)
     model = coarse(model_of(recording, motion))
     monkeypatch.setattr(cases, "balance_skier", lambda world, moved, _: moved)
-    made = make(0, ("none", "none", 0), [(recording, motion, model)], 3, seconds)
+    made = make(0, ("none", "none", 0), [(recording, motion, model)], 3)
     assert made.case.seconds == pytest.approx(made.motion.stop - made.motion.start)
     assert least - 1e-9 <= made.motion.stop - made.motion.start <= most + 1e-9
     assert made.motion.start >= motion.start + 1.0
