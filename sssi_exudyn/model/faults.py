@@ -90,14 +90,17 @@ class GpsJump(GpsSensor):
         0.0, "1", low=0.0, high=1.0, source="chosen", meaning="share of its time in which it comes and goes"
     )
 
-    def offset(self, time: Array) -> Array:
+    def share(self, time: Array) -> Array:
+        """Return the share (n,) of (x, y) by which fixes at ``time`` (n,) s are displaced."""
         inside = (time >= self.t0) & (time < self.t1)
-        displaced = np.where(inside[:, None], [self.x, self.y, 0.0], 0.0)
         if np.real(self.rise) <= 0.0:
-            return displaced
-        share = (time - self.t0) / (self.t1 - self.t0)
-        way = np.minimum(2.0 * np.minimum(share, 1.0 - share) / self.rise, 1.0)
-        return np.asarray(displaced * (0.5 * (1.0 - np.cos(np.pi * way)))[:, None])
+            return inside.astype(np.float64)
+        done = (time - self.t0) / (self.t1 - self.t0)
+        way = np.minimum(2.0 * np.minimum(done, 1.0 - done) / self.rise, 1.0)
+        return np.where(inside, 0.5 * (1.0 - np.cos(np.pi * way)), 0.0)
+
+    def offset(self, time: Array) -> Array:
+        return np.asarray(self.share(time)[:, None] * [self.x, self.y, 0.0])
 
 
 @dataclass(frozen=True)

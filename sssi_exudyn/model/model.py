@@ -304,7 +304,8 @@ def _no_mode(key: str) -> InputError:
 
 
 def along_snow(model: Model, feet: Array, velocity: Array, foot_velocity: Array, share: Array) -> float:
-    """Return the pelvis' speed along the normal (m/s) with which its feet keep their depth.
+    """Return the pelvis' speed along the normal (m/s) at the start: that with which its feet keep their depth, and what
+    the model's start adds.
 
     Parameters
     ----------
@@ -315,4 +316,4 @@ def along_snow(model: Model, feet: Array, velocity: Array, foot_velocity: Array,
     """
     slopes = model.snow(feet)[1]
     rising = np.sum(slopes * (velocity[:2] + foot_velocity[:, :2]), axis=1)
-    return float(share @ (rising - foot_velocity[:, 2]))
+    return float(share @ (rising - foot_velocity[:, 2])) + model.start.velocity_n

@@ -212,10 +212,8 @@ def settle(parts: Parts, posture: PostureTable, pelvis: Array, velocity: Array) 
             share = loads / loads.sum()
     finally:
         system.release()
-    start = parts.model.start
     velocity[2] = along_snow(parts.model, pelvis + posture.foot_place[0], velocity, posture.foot_velocity[0], share)
-    velocity[2] += start.velocity_n
-    displaced[2] += start.height
+    displaced[2] += parts.model.start.height
     return displaced + system.ref
 
 

@@ -206,7 +206,6 @@ def _at_rest(model: Model, at: Prepared, system: CarvedSystem, work: CarvedWork)
     if not np.isfinite(place[2]) or not bend_at_rest(kernel, system, place, load, bent, memory, work):
         raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
     velocity[2] = along_snow(model, place + at.foot_place[0], velocity, at.foot_velocity[0], SHARE)
-    velocity[2] += model.start.velocity_n
     place[2] += model.start.height
     return CarvedMoment(float(at.time[0]), place, velocity, bent, np.zeros_like(bent), Groove.fresh(2, 2, points))
 

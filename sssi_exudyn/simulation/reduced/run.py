@@ -99,7 +99,6 @@ def start_of_run(
         rests.append(Rest(float(pelvis[2]), eta.copy(), _loads(kernel, parameters, pelvis, at, contact, eta)))
         share = rests[-1].share
     velocity[2] = along_snow(model, pelvis + at.foot_place[0], velocity, at.foot_velocity[0], share)
-    velocity[2] += model.start.velocity_n
     pelvis[2] += model.start.height
     return StartOfRun(pelvis, velocity, (rests[0], rests[1]))
 

@@ -1,7 +1,6 @@
 """GPS fixes that are displaced for a while."""
 
 import itertools
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -75,8 +74,7 @@ class DisplacedFixes(Hypothesis):
         time = fitted.measurements.fixes
         n = len(time)
         columns = np.zeros((len(fitted.prediction), 2))
-        share = replace(part, x=1.0).offset(time)[:, 0]
-        columns[:n, 0] = columns[n : 2 * n, 1] = share
+        columns[:n, 0] = columns[n : 2 * n, 1] = part.share(time)
         owner = name_in_model(fitted.model, part)
         usual = max(self._USUAL, self._TIMES * fitted.measurements.gps_sigma)
         places = (NumberRef.of(owner, "t0"), NumberRef.of(owner, "t1")) if spread else ()
