@@ -33,7 +33,7 @@ from sssi_exudyn.core.number_ref import (
 from sssi_exudyn.core.text import did_you_mean
 from sssi_exudyn.fitting.objective import Prior, Problem
 from sssi_exudyn.fitting.posture_errors import LEANS, TURNS, PostureError, errors_of
-from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm, Sensor
+from sssi_exudyn.model.faults import BootCuff, InsoleDelay, InsoleGain, InsoleOffset, LeverArm, Sensor
 from sssi_exudyn.model.legs import USUAL_COMPLIANCE
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.few_sensors.complete import FootSigma
@@ -87,6 +87,8 @@ _GROUPS: Final = {
     "surface": SURFACE,
     BootCuff.name: "insoles",
     InsoleGain.name: "insoles",
+    InsoleOffset.name: "insoles",
+    InsoleDelay.name: "insoles",
     LeverArm.name: "antenna",
 }
 """Where a number's uncertainty is counted, by what owns it."""
@@ -150,7 +152,7 @@ def with_unknown_parts(model: Model, recording: Recording, *, compliance: float 
     """
     parts: list[Sensor] = [LeverArm()]
     if recording.insoles is not None:
-        parts += [BootCuff(USUAL_CUFF), InsoleGain()]
+        parts += [BootCuff(USUAL_CUFF), InsoleGain(), InsoleOffset(), InsoleDelay()]
     known = {sensor.name for sensor in model.sensors}
     model = replace(model, sensors=(*model.sensors, *(part for part in parts if part.name not in known)))
     if is_carved(model.terms):
@@ -194,19 +196,29 @@ def unknown_numbers(stated: Model, priors: Mapping[NumberRef, Prior], recording:
     for name, share in shares.items():
         beforehand[name] = Prior(stated.value(name), share * stated.value(name))
     beforehand[CLOCK_OFFSET] = Prior(stated.value(CLOCK_OFFSET), about.clock)
-    for axis in ("forward", "left", "up"):
-        name = NumberRef.of(LeverArm.name, axis)
-        beforehand[name] = Prior(stated.value(name), about.antenna)
+    beforehand |= {name: Prior(stated.value(name), sigma) for name, sigma in antenna_numbers(about).items()}
     if recording.insoles is not None:
         if not is_carved(stated.terms):
             beforehand |= BOUNCE
-        cuff = NumberRef.of(BootCuff.name, "share")
-        beforehand[cuff] = Prior(stated.value(cuff), about.boot_cuff)
-        for side in ("left", "right"):
-            gain = NumberRef.of(InsoleGain.name, side)
-            beforehand[gain] = Prior(stated.value(gain), about.insole_gain)
+        beforehand |= {name: Prior(stated.value(name), sigma) for name, sigma in insole_numbers(about).items()}
     numbers = tuple(Parameter((name,), prior) for name, prior in beforehand.items() if prior.sigma > 0.0)
     return (*numbers, *law_unknowns(stated, about))
+
+
+def antenna_numbers(about: Uncertainty) -> dict[NumberRef, float]:
+    """Return the numbers of the antenna's place, each with its standard deviation (m) beforehand."""
+    return {NumberRef.of(LeverArm.name, axis): about.antenna for axis in ("forward", "left", "up")}
+
+
+def insole_numbers(about: Uncertainty) -> dict[NumberRef, float]:
+    """Return the numbers of insoles in working order, each with its standard deviation beforehand."""
+    sides = ("left", "right")
+    return {
+        NumberRef.of(BootCuff.name, "share"): about.boot_cuff,
+        **{NumberRef.of(InsoleGain.name, side): about.insole_gain for side in sides},
+        **{NumberRef.of(InsoleOffset.name, side): about.insole_zero for side in sides},
+        NumberRef.of(InsoleDelay.name, "late"): about.insole_clock,
+    }
 
 
 def law_unknowns(stated: Model, about: Uncertainty) -> tuple[Parameter, ...]:

@@ -26,6 +26,7 @@ _IN_FILE: Final = {
     "1": ("share", 1.0),
     "log": ("log", 1.0),
     "K": ("C", 1.0),
+    "N": ("N", 1.0),
     "N m": ("Nm", 1.0),
     "N m/rad": ("Nm_per_deg", 180.0 / math.pi),
 }

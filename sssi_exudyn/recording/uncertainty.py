@@ -89,6 +89,14 @@ class Uncertainty:
     insole_gain: float = quantity(
         0.05, "1", low=0.0, high=0.5, source="calibration of one insole", meaning="relative error of each insole"
     )
+    insole_zero: float = quantity(
+        15.0, "N", low=0.0, high=300.0, source="chosen: a zero set before the run drifts by 1 to 2 % of a weight",
+        meaning="what each insole reads unloaded",
+    )  # fmt: skip
+    insole_clock: float = quantity(
+        0.01, "s", low=0.0, high=0.25, source="chosen: a stamp of the foot, seen to a frame of the capture",
+        meaning="clock of the insoles against the capture",
+    )  # fmt: skip
     antenna: float = quantity(
         0.015, "m", low=0.0, high=0.5, source="tape measure", meaning="antenna's place on the body, each axis"
     )

@@ -68,6 +68,33 @@ def test_a_late_clock_is_found_as_late_as_it_is() -> None:
     assert low < 0.06 < high
 
 
+@pytest.mark.long(seconds=15)
+@pytest.mark.usefixtures("coarse_skis")
+def test_a_small_zero_and_a_small_lateness_of_insoles_are_estimated_along() -> None:
+    """Both are of a size that insoles in working order show."""
+    zero, late = 25.0, 0.02
+    recording, motion = bundled("beginner")
+    assert recording.insoles is not None
+    motion = replace(motion, stop=motion.start + SECONDS)
+    insoles = recording.insoles
+    off = replace(insoles, left=insoles.left + zero, time=insoles.time + late)
+    estimates = []
+    for read in (insoles, off):
+        measured = replace(recording, insoles=read)
+        model = on_snow_surface(model_of(measured, motion), measured, motion)
+        estimates.append(estimate(problem_of(measured, motion, model, "joint"), measured, motion, full=False).posterior)
+    right, wrong = estimates
+    for name, true in (("insole_offset.left", zero), ("insole_offset.right", 0.0), ("insole_delay.late", late)):
+        _, low, high = wrong.interval(name, 2.6)  # as above
+        assert low < true < high
+        # what it shows of the change, next to the same noise: the rest is the prior's and the gain's
+        i = wrong.setting.names.index(name)
+        assert abs(wrong.values[i] - right.values[i] - true) < 1.0 * (high - low) / 5.2
+    # held at zero they move friction by a whole standard error, and log evidence falls by 60
+    spread = np.sqrt(np.diag(right.covariance)[:2])
+    np.testing.assert_array_less(np.abs(wrong.values[:2] - right.values[:2]), 0.5 * spread)
+
+
 @pytest.mark.long(seconds=25)
 def test_a_fit_finds_the_heading_where_edges_cut() -> None:
     recording, motion = bundled("intermediate")

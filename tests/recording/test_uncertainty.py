@@ -29,10 +29,11 @@ def test_the_usual_where_nothing_is_given(folder: Path) -> None:
 
 
 def test_others_are_taken_in_their_units(folder: Path) -> None:
-    add(folder, "foot_deg = 0.5\nmass_kg = 0.0\ndrag_share = 0.3\nresidual_moment_Nm = 35.0")
+    add(folder, "foot_deg = 0.5\nmass_kg = 0.0\ndrag_share = 0.3\nresidual_moment_Nm = 35.0\ninsole_zero_N = 40.0")
     uncertainty = read_recording(folder).uncertainty
     assert uncertainty.foot == pytest.approx(np.radians(0.5))
     assert (uncertainty.mass, uncertainty.drag, uncertainty.residual_moment) == (0.0, 0.3, 35.0)
+    assert (uncertainty.insole_zero, uncertainty.insole_clock) == (40.0, Uncertainty().insole_clock)
     assert uncertainty.trunk == Uncertainty().trunk
 
 

@@ -52,6 +52,8 @@ _FLOAT: Final = 0.25
 """m; standard deviation stated by the receiver while it has lost its fixed solution."""
 _CELLS: Final = 12.0
 """N of noise of an insole's reading, white at 50 Hz."""
+_ZERO, _STAMP = 8.0, 0.005
+"""N that an insole reads unloaded, and s by which its clock is off, as standard deviations."""
 _RATE: Final = 50.0
 
 
@@ -61,7 +63,8 @@ class Instruments:
 
     gps : noise of a fix;  outliers : share of single fixes that are far off
     lost : s, begin and end of a spell without a fixed solution, with its error (3,) m; None for none
-    cuff : share of the load past the soles, on the cuffs;  gains : (2,) of the insoles
+    cuff : share of the load past the soles, on the cuffs
+    gains, zeros : (2,) of the insoles, 1 and N;  late : s of the insoles' clock
     joints, wander : rad of error of each joint, constant and varying
     """
 
@@ -70,6 +73,8 @@ class Instruments:
     lost: tuple[float, float, Array] | None
     cuff: float
     gains: Array
+    zeros: Array
+    late: float
     joints: float
     wander: float
 
@@ -85,6 +90,7 @@ def draw_instruments(rng: np.random.Generator, motion: Motion) -> Instruments:
     """Draw instruments of usual quality; half of the receivers have outliers, a third lose their fix for a while."""
     begin = float(rng.uniform(motion.start, motion.stop - 2.5))
     lost = begin, begin + float(rng.uniform(1.5, 2.5)), rng.normal(0.0, 0.6 * _FLOAT, 3)
+    apart = rng.spawn(1)[0]  # so that a seed has the cases that it had without
     return Instruments(
         gps=ExponentialNoise(0.02 * float(np.exp(rng.normal(0.0, 0.2))), float(rng.uniform(2.0, 5.0))),
         outliers=0.02 * float(rng.integers(2)),
@@ -93,6 +99,8 @@ def draw_instruments(rng: np.random.Generator, motion: Motion) -> Instruments:
         gains=1.0 + rng.normal(0.0, 0.01, 2),
         joints=_JOINT * float(np.exp(rng.normal(0.0, 0.3))),
         wander=_JOINT_WANDER * float(np.exp(rng.normal(0.0, 0.3))),
+        zeros=apart.normal(0.0, _ZERO, 2),
+        late=float(apart.normal(0.0, _STAMP)),
     )
 
 
@@ -202,9 +210,10 @@ def record_insoles(
     if recording.insoles is None:
         return None
     times = np.arange(motion.start, time[-1], 1.0 / _RATE)
-    at = times - insole_lateness(world.sensors)
+    at = times - insole_lateness(world.sensors) - instruments.late
     forces = insole_readings(world.sensors, np.stack([np.interp(at, time, s) for s in sole.T], axis=1))
-    readings = (1.0 - instruments.cuff) * instruments.gains * forces + rng.normal(0.0, _CELLS, forces.shape)
+    readings = (1.0 - instruments.cuff) * instruments.gains * forces + instruments.zeros
+    readings += rng.normal(0.0, _CELLS, forces.shape)
     readings = np.maximum(readings, 0.0)
     cells = np.zeros((len(times), 0))
     return replace(

@@ -16,19 +16,21 @@ from sssi_exudyn.fitting.evidence import Freedom, fewer_columns
 from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.noise import HEIGHT_ORIGIN
 from sssi_exudyn.fitting.objective import Problem, counts_of
-from sssi_exudyn.fitting.observations import Measurements, averages, measurements_of
+from sssi_exudyn.fitting.observations import Measurements, measurements_of
 from sssi_exudyn.fitting.parameters import (
     FREE,
     USUAL_CUFF,
     Parameter,
+    antenna_numbers,
     drag_coefficient,
+    insole_numbers,
     law_unknowns,
     posture_errors,
     started_anywhere,
 )
 from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess, on_snow_surface
-from sssi_exudyn.model.faults import InsoleGain, LeverArm
+from sssi_exudyn.model.faults import BootCuff, InsoleDelay, InsoleGain, InsoleOffset, LeverArm
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion
@@ -202,12 +204,9 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: 
     """
     measurements, prepared, about = problem.measurements, problem.prepared, problem.about
     run = simulate_reduced(model, prepared)
-    sole = averages(run.time, run.sole_force, measurements.windows)
     size = len(measurements.measured)
-    height, cuff = np.zeros(size), np.zeros(size)
+    height = np.zeros(size)
     height[measurements.blocks["height"]] = 1.0
-    cuff[measurements.blocks["load"]] = -sole.sum(axis=1)
-    cuff[measurements.blocks["difference"]] = -(sole[:, 0] - sole[:, 1])
     stated = problem.model
     drag = drag_coefficient(stated)
     numbers = {
@@ -227,20 +226,16 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: 
     columns = sensitivities(model, prepared, [*numbers, *waves], measurements.predict, changes)[1]
     by_number, by_wave, by_error, by_mass = np.split(columns, np.cumsum([len(numbers), len(waves), len(every)]), axis=1)
     by_number[:, len(numbers) - len(laws) :] *= [unknown.slope(model) for unknown in laws]
-    antenna = probes_by(model, LeverArm(), ("forward", "left", "up"))
-    gains = probes_by(model, InsoleGain(), ("left", "right"))
-    by_instrument = responses_of([*antenna, *gains], prepared, measurements)
-    scales = [
-        HEIGHT_ORIGIN,
-        about.boot_cuff,
-        *numbers.values(),
-        about.mass,
-        *[about.antenna] * 3,
-        *[about.insole_gain] * 2,
-    ]
+    instruments = antenna_numbers(about) | insole_numbers(about)
+    parts = {part.name: part for part in (LeverArm(), BootCuff(), InsoleGain(), InsoleOffset(), InsoleDelay())}
+    probes = [probe for name in instruments for probe in probes_by(model, parts[name.owner], [name.key])]
+    by_instrument = responses_of(probes, prepared, measurements)
+    cuff = by_instrument[:, list(instruments).index(NumberRef.of(BootCuff.name, "share"))]
+    usual_cuff = 0.0 if any(isinstance(sensor, BootCuff) for sensor in stated.sensors) else USUAL_CUFF
+    scales = [HEIGHT_ORIGIN, *numbers.values(), about.mass, *instruments.values()]
     force = _null_force(FittedRun(model, prepared, run, measurements, measurements.predict(model, run)))
-    free = Freedom(np.column_stack([height, cuff, by_number, by_mass, by_instrument]), np.array(scales))
-    mean = USUAL_CUFF * cuff - by_number @ moved - by_error @ sizes[:-1] - about.mass * sizes[-1] * by_mass[:, 0]
+    free = Freedom(np.column_stack([height, by_number, by_mass, by_instrument]), np.array(scales))
+    mean = usual_cuff * cuff - by_number @ moved - by_error @ sizes[:-1] - about.mass * sizes[-1] * by_mass[:, 0]
     return Nuisances(free, fewer_columns(measurements, by_error), by_wave, force, np.asarray(mean))
 
 

@@ -23,7 +23,7 @@ from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.fitting.snow_surface import surface_process
-from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm
+from sssi_exudyn.model.faults import InsoleSensor, LeverArm
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.runtime.cache import Shapes, fingerprint
 from sssi_exudyn.simulation.reduced.prepared import prepare
@@ -33,7 +33,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, Fi
 
 Arrays = Mapping[str, NDArray[np.generic]]
 """What a cache keeps."""
-_STATED: Final = (LeverArm, BootCuff, InsoleGain)
+_STATED: Final = (LeverArm, InsoleSensor)
 """Instruments' parts whose numbers an estimate seeks along."""
 
 
@@ -163,10 +163,9 @@ def linearise_about(
     """
     sought = [name for parameter in parameters for name in parameter.names]
     owners = {name.owner for name in sought}
-    sensors = tuple(
-        sensor for sensor in posterior.model.sensors if sensor.name in owners or not isinstance(sensor, _STATED)
-    )
-    model = replace(posterior.model, sensors=sensors)
+    others = (s for s in posterior.model.sensors if s.name in owners or not isinstance(s, _STATED))
+    stated = (s for s in problem.model.sensors if s.name not in owners and isinstance(s, _STATED))
+    model = replace(posterior.model, sensors=(*others, *stated))
     problem = replace(
         problem,
         ground=None if problem.ground is None or model.surface is None else problem.ground.estimated(model),

