@@ -21,9 +21,9 @@ SNOW_KINDS: Final[tuple[SnowKind, ...]] = get_args(SnowKind)
 HeadingMode = Literal["replay", "track", "free"]
 """What holds the skier's heading on snow that edges cut: the capture, a spring to the capture, or the snow alone."""
 HEADING_MODES: Final[tuple[HeadingMode, ...]] = get_args(HeadingMode)
-Concealed = Literal["all", "nothing", "listed", "unlisted", "pairs"]
+Concealed = Literal["all", "nothing", "listed", "unlisted", "pairs", "whole_runs"]
 """What the cases of a benchmark conceal: everything in its turn, nothing in any of them, single effects that the
-diagnosis has a name for, or has none for, or two effects at a time."""
+diagnosis has a name for, or has none for, two effects at a time, or single effects and nothing in whole runs."""
 MuscleSet = Literal["full", "paper"]
 """Which muscles: all of the legs, 322 with those of the trunk, or the paper's 284."""
 Power = Literal[2, 3]

@@ -14,14 +14,14 @@ from sssi_exudyn.commands import diagnosis as commands
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.validation.benchmark import run
-from sssi_exudyn.validation.benchmark.cases import Case, Made
+from sssi_exudyn.validation.benchmark.cases import Case, Made, Planned
 from sssi_exudyn.validation.benchmark.run import SealedCases
 from sssi_exudyn.validation.benchmark.scores import CaseResult
 
 PACKAGE = Path(sssi_exudyn.__file__).parent
 UNSAFE = {"pickle", "cPickle", "_pickle", "cloudpickle", "dill", "joblib", "marshal", "shelve"}
 CASE = Case(0, "hill", "gust", "physics", 2, (1.5, 2.5), {"w_f": 3.25})
-PLANNED = ("gust", "physics", 2)
+PLANNED = Planned("gust", "physics", 2)
 
 
 def sources() -> list[Path]:
@@ -63,7 +63,7 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Return the numbers of the cases that were made; each is made and diagnosed at once."""
     numbers: list[int] = []
 
-    def make(index: int, planned: tuple[str, str, int], _bases: object, _seed: int) -> Made:
+    def make(index: int, planned: Planned, _bases: object, _seed: int) -> Made:
         assert planned == PLANNED
         numbers.append(index)
         return Made(CASE, None, None, None, None, 0, None)  # type: ignore[arg-type]

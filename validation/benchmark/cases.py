@@ -38,7 +38,9 @@ from sssi_exudyn.validation.diagnosis.hypotheses.snow.slope_change import OtherI
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.snow_patch import PatchOfSnow
 
 _LENGTHS: Final = (5.5, 7.0)
-"""s; lengths of cases."""
+"""s; lengths of cases: stretches of runs."""
+_WHOLE_RUNS: Final = (12.0, 15.0)
+"""s; lengths of cases that are whole runs."""
 _SHORTEST: Final = 4.0
 """s; shortest case, of a short recording: effects that last for a while, and a receiver's lost fix, take up to 3 s."""
 _ATTEMPTS: Final = 40
@@ -81,6 +83,18 @@ class Case:
     seconds: float | None = None
 
 
+@dataclass(frozen=True)
+class Planned:
+    """What a case is to conceal: name, kind and strength are those of ``Case``; ``lengths`` are between which its
+    length (s) is drawn.
+    """
+
+    name: str
+    kind: str
+    strength: int
+    lengths: tuple[float, float] = _LENGTHS
+
+
 Recorded = tuple[Recording, Motion, Model]
 """Recording of a run's instruments, its movement, and the known model."""
 
@@ -111,38 +125,44 @@ PAIRS: Final = (
 )
 
 
-def plan(count: int, seed: int, conceal: Concealed = "all") -> list[tuple[str, str, int]]:
-    """Plan (name, kind, strength) of ``count`` cases.
+def plan(count: int, seed: int, conceal: Concealed = "all") -> list[Planned]:
+    """Plan ``count`` cases.
 
     A quarter conceal nothing, pairs and unlisted effects are a twelfth each, the rest are single effects in turn at the
     four strengths.  Pairs, and single effects where one kind alone is concealed, have the two larger strengths: a refit
-    takes up most of the smaller ones.
+    takes up most of the smaller ones.  Of whole runs every fourth conceals nothing.
     """
-    pairs = [("+".join(PAIRS[i % len(PAIRS)]), "pair", 2 + i % 2) for i in range(count)]
-    unlisted = list(UNKNOWN)
-    if conceal == "nothing":
-        return [("none", "none", 0)] * count
+    nothing = Planned("none", "none", 0)
     names = [*((n, "physics") for n in PHYSICS), *((n, "sensor") for n in SENSOR)]
+    unlisted = [(name, "unexplained") for name in UNKNOWN]
+
+    def strong(kinds: Sequence[tuple[str, str]], number: int) -> list[Planned]:
+        return [Planned(*kinds[i % len(kinds)], 2 + (i // len(kinds) + i) % 2) for i in range(number)]
+
+    if conceal == "nothing":
+        return [nothing] * count
     if conceal == "unlisted":
-        return [(unlisted[i % len(unlisted)], "unexplained", 2 + (i // len(unlisted) + i) % 2) for i in range(count)]
+        return strong(unlisted, count)
     if conceal == "listed":
-        return [(*names[i % len(names)], 2 + (i // len(names) + i) % 2) for i in range(count)]
+        return strong(names, count)
+    if conceal == "whole_runs":
+        listed = strong(names, count)
+        return [replace(nothing if i % 4 == 3 else listed[i - i // 4], lengths=_WHOLE_RUNS) for i in range(count)]
+    pairs = [Planned("+".join(PAIRS[i % len(PAIRS)]), "pair", 2 + i % 2) for i in range(count)]
     if conceal == "pairs":
         return pairs
     rng = np.random.default_rng([seed, 0])
-    nothing = [("none", "none", 0)] * round(0.25 * count)
+    without = [nothing] * round(0.25 * count)
     pairs = pairs[: round(count / 12)]
-    unknown = [
-        (unlisted[i % len(unlisted)], "unexplained", (i // len(unlisted) + i) % 4) for i in range(round(count / 12))
-    ]
-    rest = count - len(nothing) - len(pairs) - len(unknown)
-    single = [(*names[i % len(names)], (i % len(names) + i // len(names)) % 4) for i in range(rest)]
-    cases = [*nothing, *pairs, *unknown, *single]
+    unknown = [Planned(*unlisted[i % len(unlisted)], (i // len(unlisted) + i) % 4) for i in range(round(count / 12))]
+    rest = count - len(without) - len(pairs) - len(unknown)
+    single = [Planned(*names[i % len(names)], (i % len(names) + i // len(names)) % 4) for i in range(rest)]
+    cases = [*without, *pairs, *unknown, *single]
     order = rng.permutation(len(cases))
     return [cases[i] for i in order]
 
 
-def make(index: int, planned: tuple[str, str, int], bases: list[Recorded], seed: int) -> Made:
+def make(index: int, planned: Planned, bases: list[Recorded], seed: int) -> Made:
     """Make the case of that number: simulated by the full model with its concealed effect, and recorded.
 
     ``bases`` are recordings with their movements and fitted models; each case is a stretch of one of them, or all of a
@@ -162,23 +182,22 @@ def make(index: int, planned: tuple[str, str, int], bases: list[Recorded], seed:
 
 def _draw(
     index: int,
-    planned: tuple[str, str, int],
+    planned: Planned,
     bases: list[Recorded],
     rng: np.random.Generator,
     share: float,
 ) -> Made:
     """Draw a case whose effects have a ``share`` of the planned strength."""
-    name, kind, strength = planned
     recording, motion, fitted = bases[int(rng.integers(len(bases)))]
-    long = min(float(rng.uniform(*_LENGTHS)), motion.stop - motion.start - _LEAD)
+    long = min(float(rng.uniform(*planned.lengths)), motion.stop - motion.start - _LEAD)
     begin = float(rng.uniform(motion.start + _LEAD, motion.stop - long))
     stated = replace(motion, start=begin, stop=begin + long)
     true, motion = other_day(rng, recording, replace(stated, start=begin - _LEAD), fitted)
     instruments = draw_instruments(rng, stated)
     plain = plain_run(simulate(replace(true, solver=replace(true.solver, step=0.01)), motion), begin)
     effects = [
-        EFFECTS[part](rng, share * SIZES[strength] * float(rng.uniform(0.85, 1.15)), plain)
-        for part in name.split("+")
+        EFFECTS[part](rng, share * SIZES[planned.strength] * float(rng.uniform(0.85, 1.15)), plain)
+        for part in planned.name.split("+")
         if part != "none"
     ]
     motion = balance_skier(replace(_world_with(true, effects), sensors=()), motion, recording)
@@ -193,9 +212,9 @@ def _draw(
     case = Case(
         index,
         recording.name,
-        name,
-        kind,
-        strength,
+        planned.name,
+        planned.kind,
+        planned.strength,
         effects[0].window if len(effects) == 1 else None,
         {k: v for e in effects for k, v in (e.truth or {}).items()} if len(effects) == 1 else {},
         mu_t=true.friction.mu_t,

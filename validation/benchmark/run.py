@@ -39,7 +39,7 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.provenance import source_digest
 from sssi_exudyn.runtime.workers import end_with_parent
-from sssi_exudyn.validation.benchmark.cases import Case, Made, Recorded, make, plan
+from sssi_exudyn.validation.benchmark.cases import Case, Made, Planned, Recorded, make, plan
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.scores import CaseResult, Scores, score
 from sssi_exudyn.validation.benchmark.world import Instruments
@@ -51,8 +51,6 @@ ANSWERS, SEAL = "answers.json", "answers.sha256"
 Bases = list[Recorded]
 _ROUNDING: Final = 1e-8
 """Share by which the numbers of a case differ where it is made again: 1e-13 of an estimate, grown along a run."""
-Planned = tuple[str, str, int]
-"""Name, kind and strength of a case."""
 
 
 def base_of(recording: Recording, motion: Motion, model: Model) -> Recorded:
@@ -130,7 +128,9 @@ class SealedCases:
                 make_folder(path.parent)
             write_atomically(path, to_json(make(index, planned, self.bases, self.seed).case))
         case = read_json(path, Case)
-        if (case.index, case.name, case.kind, case.strength) != (index, *planned):
+        if (case.index, case.name, case.kind, case.strength) != (
+            index, planned.name, planned.kind, planned.strength
+        ):  # fmt: skip
             raise InputError(path, "", "the answer of another benchmark", "choose another folder with --out")
         return case
 

@@ -12,7 +12,7 @@ from sssi_exudyn.contact.terms.friction_corrections import SnowCompaction
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.validation.benchmark import cases
-from sssi_exudyn.validation.benchmark.cases import SkierStops, make, record
+from sssi_exudyn.validation.benchmark.cases import Planned, SkierStops, make, record
 from sssi_exudyn.validation.benchmark.world import draw_instruments
 
 pytestmark = pytest.mark.usefixtures("coarse_skis")
@@ -66,7 +66,7 @@ def test_a_case_is_as_long_as_its_recording_at_most(
     motion = replace(motion, stop=motion.start + recorded)
     model = coarse(model_of(recording, motion))
     monkeypatch.setattr(cases, "balance_skier", lambda world, moved, _: moved)
-    made = make(0, ("none", "none", 0), [(recording, motion, model)], 3)
+    made = make(0, Planned("none", "none", 0), [(recording, motion, model)], 3)
     assert made.case.seconds == pytest.approx(made.motion.stop - made.motion.start)
     assert least - 1e-9 <= made.motion.stop - made.motion.start <= most + 1e-9
     assert made.motion.start >= motion.start + 1.0
@@ -82,5 +82,5 @@ def test_an_effect_that_stops_every_skier_becomes_weaker(monkeypatch: pytest.Mon
         return "made"
 
     monkeypatch.setattr(cases, "_draw", draw)
-    assert make(0, ("snow_compaction", "physics", 3), [], 1) == "made"  # type: ignore[comparison-overlap]
+    assert make(0, Planned("snow_compaction", "physics", 3), [], 1) == "made"  # type: ignore[comparison-overlap]
     assert shares == [1.0] * 10 + [0.5] * 10 + [0.25]

@@ -45,7 +45,7 @@ from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
-from sssi_exudyn.validation.benchmark.cases import Case, Made, make, plan
+from sssi_exudyn.validation.benchmark.cases import Case, Made, Planned, make, plan
 from sssi_exudyn.validation.benchmark.effects import UNKNOWN
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.run import seal
@@ -116,7 +116,7 @@ def diagnose_case(made: Made, tmp_path: Path) -> tuple[Case, dict[str, Any]]:
 
 @pytest.mark.long(seconds=65)
 def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any, tmp_path: Path) -> None:
-    case, written = diagnose_case(make(0, ("snow_patch", "physics", 3), [base], seed=4), tmp_path)
+    case, written = diagnose_case(make(0, Planned("snow_patch", "physics", 3), [base], seed=4), tmp_path)
     assert written.keys() >= KEYS
     finding = written["findings"][0]
     names = [finding["name"], *(other["name"] for other in finding["alternatives"])]
@@ -136,7 +136,7 @@ def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any, tmp_path: Pat
 
 @pytest.mark.long(seconds=25)
 def test_where_nothing_is_hidden_nothing_is_found(base: Any, tmp_path: Path) -> None:
-    _, written = diagnose_case(make(0, ("none", "none", 0), [base], seed=6), tmp_path)
+    _, written = diagnose_case(make(0, Planned("none", "none", 0), [base], seed=6), tmp_path)
     assert written["verdict"] == "none"
     assert written["findings"] == []
     assert abs(written["friction"]["after"]["mu_t"] - written["friction"]["before"]["mu_t"]) < 1e-12
@@ -145,16 +145,19 @@ def test_where_nothing_is_hidden_nothing_is_found(base: Any, tmp_path: Path) -> 
 def test_the_plan_follows_from_its_seed_and_the_answers_are_sealed(tmp_path: Path) -> None:
     planned = plan(200, 3)
     assert len(planned) == 200
-    assert sum(kind == "none" for _, kind, _ in planned) == 50
+    assert sum(case.kind == "none" for case in planned) == 50
     assert planned == plan(200, 3)
     assert planned != plan(200, 4)
-    assert {kind for _, kind, _ in plan(20, 3, "nothing")} == {"none"}
-    assert {name for name, _, _ in plan(20, 3, "unlisted")} == set(UNKNOWN)
-    assert {kind for _, kind, _ in plan(20, 3, "pairs")} == {"pair"}
-    assert {(name, kind) for name, kind, _ in planned if kind in ("physics", "sensor")} == {
-        (name, kind) for name, kind, _ in plan(20, 3, "listed")
+    assert {case.kind for case in plan(20, 3, "nothing")} == {"none"}
+    assert {case.name for case in plan(20, 3, "unlisted")} == set(UNKNOWN)
+    assert {case.kind for case in plan(20, 3, "pairs")} == {"pair"}
+    assert {(case.name, case.kind) for case in planned if case.kind in ("physics", "sensor")} == {
+        (case.name, case.kind) for case in plan(20, 3, "listed")
     }
-    assert {strength for name, kind, strength in planned if kind == "physics"} == {0, 1, 2, 3}
+    assert {case.strength for case in planned if case.kind == "physics"} == {0, 1, 2, 3}
+    whole = plan(20, 3, "whole_runs")
+    assert {case.lengths for case in whole} == {(12.0, 15.0)}
+    assert [case.name for case in whole if case.name != "none"] == [case.name for case in plan(15, 3, "listed")]
     digest = seal(tmp_path, [])
     assert (tmp_path / "answers.sha256").read_text().strip() == digest
     (tmp_path / "answers.sha256").write_text("of others")
