@@ -44,6 +44,8 @@ TEXT = NOTEBOOK / "diagnosis-benchmark-text.txt"
 """Text below the figures."""
 PICTURES = Path(__file__).parent / "images"
 _COLUMNS = ("case", "result", "seal", "commit")
+WHOLE = 10.0
+"""s; a case that is longer is a whole run."""
 INSIDE = 1.645
 """Standard deviations of a 90 % interval."""
 STRENGTHS = ((0.0, 3.0), (3.0, 5.0), (5.0, 8.0), (8.0, 12.0), (12.0, 1e3))
@@ -102,8 +104,24 @@ ALONE = {
         "in each of which two effects are hidden, of the two larger strengths",
         ("pairs_both_named", "seen_pairs_both_named", "wrong_and_sure", "friction_inside_90"),
     ),
+    "whole_runs": Alone(
+        "Whole runs",
+        "12 to 15 s long, in every fourth of which nothing is hidden, and in the others one effect that the diagnosis "
+        "has a name for, of the two larger strengths",
+        (
+            "false_alarms",
+            "nothing_not_adequate",
+            "right_name_first",
+            "strong_right_or_small_set",
+            "strong_right_name_first",
+            "wrong_and_sure",
+            "sure_right",
+            "interval_coverage_90",
+            "friction_inside_90",
+        ),
+    ),
 }
-"""Runs that conceal one kind alone, by the kind of all their cases."""
+"""Runs that conceal one kind alone, by the kind of all their cases, and whole runs."""
 
 
 def keep(folder: Path, commit: str) -> None:
@@ -127,7 +145,7 @@ def keep(folder: Path, commit: str) -> None:
     columns = {"seal": pa.array([seal] * len(rows)), "commit": pa.array([commit] * len(rows))}
     for name, column in columns.items():
         table = table.append_column(name, column)
-    kinds = {"listed" if case.kind in ("physics", "sensor") else case.kind for case, _ in cases}
+    kinds = {_group(case) for case, _ in cases}
     kind = min(kinds)
     alone = kinds == {kind}
     path = ALONE[kind].kept(kind) if alone else KEPT
@@ -140,6 +158,13 @@ def keep(folder: Path, commit: str) -> None:
         old.unlink()
     for number, (_, case, result) in enumerate(failures(), 1):
         draw(case, result, PICTURES / f"benchmark_{number}.png")
+
+
+def _group(case: Case) -> str:
+    """Return what a case is counted with where all cases of a folder are alike."""
+    if (case.seconds or 0.0) > WHOLE:
+        return "whole_runs"
+    return "listed" if case.kind in ("physics", "sensor") else case.kind
 
 
 def failures() -> list[tuple[str, Case, CaseResult]]:

@@ -137,10 +137,11 @@ def _begin_near(
 def _rivals(latest: Round) -> list[Nothing | Refitted]:
     """Return the best explanation and what is hard to distinguish from it."""
     best, thresholds = latest.best, latest.fitted.thresholds
+    near = best.log_evidence - thresholds.rival_gain * max(best.log_evidence - latest.nothing.log_evidence, 0.0)
     hypotheses = [
         explanation
         for explanation in latest.refitted
-        if explanation is best or explanation.probability >= thresholds.rival
+        if explanation is best or explanation.probability >= thresholds.rival or explanation.log_evidence >= near
     ]
     hypotheses = hypotheses[: thresholds.most_rivals]
     if hypotheses and not any(explanation.has_law for explanation in hypotheses):
