@@ -27,6 +27,7 @@ _IN_FILE: Final = {
     "log": ("log", 1.0),
     "K": ("C", 1.0),
     "N": ("N", 1.0),
+    "m^2": ("m2", 1.0),
     "N m": ("Nm", 1.0),
     "N m/rad": ("Nm_per_deg", 180.0 / math.pi),
 }

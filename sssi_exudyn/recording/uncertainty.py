@@ -63,6 +63,11 @@ class Uncertainty:
         meaning="share of the drag coefficient",
         source="ten skiers differ by 14 % upright and by 13 % in a tuck: Appl. Sci. 12 (2022) 902",
     )
+    drag_area_wander: float = quantity(
+        0.02, "m^2", low=0.0, high=0.3,
+        source="chosen: a twentieth of what lies between a tuck and upright, 0.15 to 0.6 m² (Barelle et al. 2004)",
+        meaning="drag area that changes within a turn, as a skier rises and crouches; a diagnosis counts it",
+    )  # fmt: skip
     snow_stiffness: float = quantity(
         0.3, "1", low=0.0, high=2.0, source="snow differs by more", meaning="share of the penetration's stiffness"
     )

@@ -52,6 +52,8 @@ STEP: Final = 0.01
 """s; steps of the reduced model.  They move a run's path by a centimetre against short ones, evenly for all
 explanations; what the full model predicts beyond is added to every prediction.
 """
+_RISES: Final = 1.0
+"""s in which a skier who rises and crouches in his turns has another drag area."""
 
 
 @dataclass(frozen=True)
@@ -200,20 +202,21 @@ def no_nuisances(size: int) -> Nuisances:
     return Nuisances(Freedom(none, np.zeros(0)), none, none, none, np.zeros(size))
 
 
-def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[NumberRef]) -> Nuisances:
+def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, sought: Collection[NumberRef]) -> Nuisances:
     """Linearise what may vary about a run of ``model``, corrected by errors of posture and mass of ``sizes`` (m,);
-    numbers that are ``fitted`` with a prior of their own are as they should be.
+    numbers that are ``sought`` with a prior of their own are as they should be.
 
     Raises SimulationDiverged when it cannot be simulated.
     """
     measurements, prepared, about = problem.measurements, problem.prepared, problem.about
     run = simulate_reduced(model, prepared)
+    fitted = FittedRun(model, prepared, run, measurements, measurements.predict(model, run))
     size = len(measurements.measured)
     height = np.zeros(size)
     height[measurements.blocks["height"]] = 1.0
     stated = problem.model
     numbers = {CLOCK_OFFSET: about.clock, STIFFNESS: about.snow_stiffness * stated.value(STIFFNESS)}
-    moved = [0.0 if name in fitted else model.value(name) - stated.value(name) for name in numbers]
+    moved = [0.0 if name in sought else model.value(name) - stated.value(name) for name in numbers]
     laws = [unknown for unknown in law_unknowns(stated, about) if model.value(unknown.name) > 0.0]
     moved += [unknown.of(model) - unknown.prior.mean for unknown in laws]
     numbers |= {unknown.name: unknown.prior.sigma for unknown in laws}
@@ -230,24 +233,42 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: 
     probes = [probe for name in instruments for probe in probes_by(model, parts[name.owner], [name.key])]
     by_instrument = responses_of(probes, prepared, measurements)
     cuff = by_instrument[:, list(instruments).index(NumberRef.of(BootCuff.name, "share"))]
+    latent = responses_of(LATENT_FORCE.probes(fitted), prepared, measurements)
+    of_drag = _changing_drag(fitted, latent, stated.value(NumberRef.of(drag_coefficient(stated).owner, "rho")))
     usual_cuff = 0.0 if any(isinstance(sensor, BootCuff) for sensor in stated.sensors) else USUAL_CUFF
     scales = [HEIGHT_ORIGIN, *numbers.values(), about.mass, *instruments.values()]
-    force = _null_force(FittedRun(model, prepared, run, measurements, measurements.predict(model, run)))
-    free = Freedom(np.column_stack([height, by_number, by_mass, by_instrument]), np.array(scales))
+    scales += [about.drag_area_wander] * of_drag.shape[1]
+    force = _null_force(fitted, latent)
+    free = Freedom(np.column_stack([height, by_number, by_mass, by_instrument, of_drag]), np.array(scales))
     mean = usual_cuff * cuff - by_number @ moved - by_error @ sizes[:-1] - about.mass * sizes[-1] * by_mass[:, 0]
     return Nuisances(free, fewer_columns(measurements, by_error), by_wave, force, np.asarray(mean))
 
 
-def _null_force(fitted: FittedRun) -> Array:
+def _changing_drag(fitted: FittedRun, latent: Array, density: float) -> Array:
+    """Return (N, c) what a drag area of a square metre does that comes and goes, its parts independent.
+
+    latent : (N, 3·c) responses to a newton down the fall line, to the left and away from the snow in each cell
+    density : kg/m³ of the air
+    """
+    edges, run = fitted.time_edges, fitted.run
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    velocity = np.stack([np.interp(middles, run.time, run.com_velocity[:, axis]) for axis in range(3)])
+    force = -0.5 * density * np.linalg.norm(velocity, axis=0) * velocity
+    by_area = np.sum(latent.reshape(len(latent), 3, -1) * force, axis=1)
+    alike = np.ones(len(middles))
+    one = uneven_covariance(middles, ExponentialNoise(1.0, _RISES), Scale(alike, alike))
+    return np.asarray(by_area @ np.linalg.cholesky(one))
+
+
+def _null_force(fitted: FittedRun, latent: Array) -> Array:
     """Return (N, k) what the force that every explanation has does to the measurements, each column for a usual one;
-    k is 0 where explanations have none.
+    k is 0 where explanations have none.  ``latent`` are the responses as in ``_changing_drag``.
     """
     usual = fitted.measurements.usual.null_force
     if usual is None:
         return np.zeros((len(fitted.prediction), 0))
-    responses = responses_of(LATENT_FORCE.probes(fitted), fitted.prepared, fitted.measurements)
     edges = fitted.time_edges
     middles, alike = 0.5 * (edges[1:] + edges[:-1]), np.ones(len(edges) - 1)
     one = uneven_covariance(middles, ExponentialNoise(usual.size, usual.memory), Scale(alike, alike))
     lower = np.kron(np.eye(len(LATENT_FORCE.keys)), np.linalg.cholesky(one))
-    return fewer_columns(fitted.measurements, responses @ lower)
+    return fewer_columns(fitted.measurements, latent @ lower)
