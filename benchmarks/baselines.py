@@ -14,17 +14,15 @@ residual correlation : the law with which the residual correlates best, where th
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
-from worlds import CLEAR, Stretch, answer_of, fit_stretch, hidden_effects
+from worlds import CLEAR, Stretch, answer_of, command_line, drawn_runs, fit_stretch
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.threads import with_one_thread_for_products
@@ -34,7 +32,6 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.search.missing_force import gain_of, latent_covariance
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 from sssi_exudyn.validation.diagnosis.worlds.catalogue import NOT_IN_THE_LIST
-from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import observe
 
 METHODS: Final = ("BIC", "AIC", "force and nearest law", "residual correlation")
 STRONG_EVIDENCE: Final = np.log(20.0)
@@ -105,12 +102,10 @@ def latent_forces(stretch: Stretch, rest: Array) -> tuple[Array, Array]:
     cleared = stretch.known.remove_from(white)
     gram = white.T @ cleared
     prior = latent_covariance(geometry.middles, *THRESHOLDS.usual_force)
-    forces, factors = [], []
-    for pull in (white.T @ rest).T:
-        gain, factor = gain_of(prior, gram, pull)
-        forces.append(gain @ pull)
-        factors.append(factor)
-    return cleared @ np.stack(forces, axis=1), np.array(factors)
+    pull = white.T @ rest
+    gain, of_none = gain_of(prior, gram, np.zeros(len(prior)))  # the same in all runs
+    forces = gain @ pull
+    return cleared @ forces, of_none + 0.5 * np.sum(pull * forces, axis=0)
 
 
 def names_of(stretch: Stretch, rest: Array) -> dict[str, list[str]]:
@@ -169,19 +164,14 @@ def figures(hidden: Sequence[str], strength: Array, named: Sequence[str]) -> dic
 
 @with_one_thread_for_products
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("stretches", nargs="+")
-    parser.add_argument("--seed", type=int, default=48001)
-    parser.add_argument("--draws", type=int, default=12)
-    parser.add_argument("--json", type=Path)
+    parser = command_line(__doc__, seed=48001, draws=12)
     chosen = parser.parse_args()
     hidden: list[str] = []
     strength: list[float] = []
     named: dict[str, list[str]] = {method: [] for method in METHODS}
     for i, text in enumerate(chosen.stretches):
-        stretch, rng = fit_stretch(text), np.random.default_rng(chosen.seed + i)
-        names, moved = hidden_effects(stretch, chosen.draws, rng)
-        worlds = observe(stretch.geometry, stretch.known, np.zeros(len(names), dtype=int), moved, rng)
+        stretch = fit_stretch(text)
+        names, worlds = drawn_runs(stretch, chosen.seed + i, chosen.draws)
         hidden += names
         strength += worlds.strength.tolist()
         for method, answers in names_of(stretch, worlds.rest).items():

@@ -11,18 +11,16 @@ of the same effects, single and in pairs.  Single effects show what each way say
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import combinations
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
-from worlds import CLEAR, EVEN, LISTED, NOISIER, SHAPES, Stretch, fit_stretch, hidden_effects, moved_by
+from worlds import CLEAR, EVEN, LISTED, NOISIER, SHAPES, Stretch, command_line, fit_stretch, hidden_effects, moved_by
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import Information
@@ -344,11 +342,7 @@ def _is_wrong(name: str, probability: float, truth: set[str]) -> bool:
 
 @with_one_thread_for_products
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("stretches", nargs="+")
-    parser.add_argument("--seed", type=int, default=50801)
-    parser.add_argument("--draws", type=int, default=10)
-    parser.add_argument("--json", type=Path)
+    parser = command_line(__doc__, seed=50801, draws=10)
     chosen = parser.parse_args()
     runs: list[Run] = []
     for i, stretch in enumerate(chosen.stretches):

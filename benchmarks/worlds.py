@@ -58,7 +58,7 @@ from sssi_exudyn.validation.diagnosis.worlds.catalogue import (
     Answer,
     answers_of,
 )
-from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import Wanted, draw_worlds, known_of, observe
+from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import Wanted, Worlds, draw_worlds, known_of, observe
 from sssi_exudyn.validation.diagnosis.worlds.features import Features
 from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry, geometry_of
 from sssi_exudyn.validation.diagnosis.worlds.judge import learn_answers, shown_strengths, strengths_about
@@ -202,11 +202,17 @@ def hidden_effects(stretch: Stretch, draws: int, rng: np.random.Generator) -> tu
     return names, np.hstack(columns)
 
 
+def drawn_runs(stretch: Stretch, seed: int, draws: int) -> tuple[list[str], Worlds]:
+    """Return names (D,) of hidden effects, and the runs that have them."""
+    rng = np.random.default_rng(seed)
+    hidden, moved = hidden_effects(stretch, draws, rng)
+    return hidden, observe(stretch.geometry, stretch.known, np.zeros(len(hidden), dtype=int), moved, rng)
+
+
 def draw_and_weigh(stretch: Stretch, seed: int, draws: int) -> Drawn:
     """Return hidden effects in a stretch of a recording, weighed in each way."""
-    geometry, known, rng = stretch.geometry, stretch.known, np.random.default_rng(seed)
-    hidden, moved = hidden_effects(stretch, draws, rng)
-    worlds = observe(geometry, known, np.zeros(len(hidden), dtype=int), moved, rng)
+    geometry, known = stretch.geometry, stretch.known
+    hidden, worlds = drawn_runs(stretch, seed, draws)
     begun = time.process_time()
     features = Features(geometry, known, EVEN)
     evidence, table, shown = (
@@ -454,13 +460,19 @@ def print_names(runs: Sequence[Drawn]) -> None:
         print(f"{name:26} " + "  |  ".join(cells[i] for i in (0, 2, 3, 4)))
 
 
+def command_line(about: str | None, *, seed: int, draws: int) -> argparse.ArgumentParser:
+    """Return what a benchmark of stretches is asked: which, the seed, how many draws of an effect, and a file."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("stretches", nargs="+")
+    parser.add_argument("--seed", type=int, default=seed)
+    parser.add_argument("--draws", type=int, default=draws)
+    parser.add_argument("--json", type=Path)
+    return parser
+
+
 @with_one_thread_for_products
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("stretches", nargs="+")
-    parser.add_argument("--seed", type=int, default=48001)
-    parser.add_argument("--draws", type=int, default=12)
-    parser.add_argument("--json", type=Path)
+    parser = command_line(__doc__, seed=48001, draws=12)
     parser.add_argument("--rows", type=Path, help="keep what each weigher says of each run, as Parquet")
     chosen = parser.parse_args()
     runs: list[Drawn] = []

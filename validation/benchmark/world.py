@@ -90,7 +90,7 @@ def draw_instruments(rng: np.random.Generator, motion: Motion) -> Instruments:
     """Draw instruments of usual quality; half of the receivers have outliers, a third lose their fix for a while."""
     begin = float(rng.uniform(motion.start, motion.stop - 2.5))
     lost = begin, begin + float(rng.uniform(1.5, 2.5)), rng.normal(0.0, 0.6 * _FLOAT, 3)
-    apart = rng.spawn(1)[0]  # so that a seed has the cases that it had without
+    of_insoles = rng.spawn(1)[0]  # so that a seed has the cases that it had without
     return Instruments(
         gps=ExponentialNoise(0.02 * float(np.exp(rng.normal(0.0, 0.2))), float(rng.uniform(2.0, 5.0))),
         outliers=0.02 * float(rng.integers(2)),
@@ -99,8 +99,8 @@ def draw_instruments(rng: np.random.Generator, motion: Motion) -> Instruments:
         gains=1.0 + rng.normal(0.0, 0.01, 2),
         joints=_JOINT * float(np.exp(rng.normal(0.0, 0.3))),
         wander=_JOINT_WANDER * float(np.exp(rng.normal(0.0, 0.3))),
-        zeros=apart.normal(0.0, _ZERO, 2),
-        late=float(apart.normal(0.0, _STAMP)),
+        zeros=of_insoles.normal(0.0, _ZERO, 2),
+        late=float(of_insoles.normal(0.0, _STAMP)),
     )
 
 

@@ -30,7 +30,7 @@ from sssi_exudyn.fitting.parameters import (
 )
 from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess, on_snow_surface
-from sssi_exudyn.model.faults import BootCuff, InsoleDelay, InsoleGain, InsoleOffset, LeverArm
+from sssi_exudyn.model.faults import SENSORS, BootCuff
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion
@@ -229,7 +229,7 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, sought: 
     by_number, by_wave, by_error, by_mass = np.split(columns, np.cumsum([len(numbers), len(waves), len(every)]), axis=1)
     by_number[:, len(numbers) - len(laws) :] *= [unknown.slope(model) for unknown in laws]
     instruments = antenna_numbers(about) | insole_numbers(about)
-    parts = {part.name: part for part in (LeverArm(), BootCuff(), InsoleGain(), InsoleOffset(), InsoleDelay())}
+    parts = {kind.name: kind() for kind in SENSORS}
     probes = [probe for name in instruments for probe in probes_by(model, parts[name.owner], [name.key])]
     by_instrument = responses_of(probes, prepared, measurements)
     cuff = by_instrument[:, list(instruments).index(NumberRef.of(BootCuff.name, "share"))]
@@ -255,9 +255,14 @@ def _changing_drag(fitted: FittedRun, latent: Array, density: float) -> Array:
     velocity = np.stack([np.interp(middles, run.time, run.com_velocity[:, axis]) for axis in range(3)])
     force = -0.5 * density * np.linalg.norm(velocity, axis=0) * velocity
     by_area = np.sum(latent.reshape(len(latent), 3, -1) * force, axis=1)
-    alike = np.ones(len(middles))
-    one = uneven_covariance(middles, ExponentialNoise(1.0, _RISES), Scale(alike, alike))
-    return np.asarray(by_area @ np.linalg.cholesky(one))
+    return np.asarray(by_area @ _independent(fitted, ExponentialNoise(1.0, _RISES)))
+
+
+def _independent(fitted: FittedRun, noise: ExponentialNoise) -> Array:
+    """Return (c, c) independent parts of a process in the run's cells."""
+    edges = fitted.time_edges
+    alike = np.ones(len(edges) - 1)
+    return np.asarray(np.linalg.cholesky(uneven_covariance(0.5 * (edges[1:] + edges[:-1]), noise, Scale(alike, alike))))
 
 
 def _null_force(fitted: FittedRun, latent: Array) -> Array:
@@ -267,8 +272,6 @@ def _null_force(fitted: FittedRun, latent: Array) -> Array:
     usual = fitted.measurements.usual.null_force
     if usual is None:
         return np.zeros((len(fitted.prediction), 0))
-    edges = fitted.time_edges
-    middles, alike = 0.5 * (edges[1:] + edges[:-1]), np.ones(len(edges) - 1)
-    one = uneven_covariance(middles, ExponentialNoise(usual.size, usual.memory), Scale(alike, alike))
-    lower = np.kron(np.eye(len(LATENT_FORCE.keys)), np.linalg.cholesky(one))
+    one = _independent(fitted, ExponentialNoise(usual.size, usual.memory))
+    lower = np.kron(np.eye(len(LATENT_FORCE.keys)), one)
     return fewer_columns(fitted.measurements, latent @ lower)
