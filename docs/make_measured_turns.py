@@ -1,7 +1,7 @@
 """Makes the section of ``docs/notebook/reproduction.md`` that sets the model's figures next to what others measured.
 
-Run it as ``python docs/make_measured_turns.py`` after ``benchmarks/measured_turns.py``: all numbers of the program are
-from ``docs/notebook/measured_turns.json``, all others from ``benchmarks/measured_values.py``.
+Run it as ``python docs/make_measured_turns.py`` after ``benchmarks/turns/measured_turns.py``: all numbers of the program are
+from ``docs/notebook/measured_turns.json``, all others from ``benchmarks/turns/measured_values.py``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 ROOT: Final = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "benchmarks"))
+sys.path.insert(0, str(ROOT / "benchmarks" / "turns"))
 
 from measured_values import MEASURED, NOT_TO_BE_HAD, UNSTATED, Measured  # noqa: E402
 
@@ -22,7 +22,7 @@ TITLE: Final = "## Next to what others measured"
 
 _HEAD: Final = """{title}
 
-Made by `python benchmarks/measured_turns.py --json docs/notebook/measured_turns.json` and `python docs/make_measured_turns.py`, the
+Made by `python benchmarks/turns/measured_turns.py --json docs/notebook/measured_turns.json` and `python docs/make_measured_turns.py`, the
 misses first: {missed} of {total} comparisons. *Ours* is what the program computes: of both bundled recordings, fitted; of
 steady turns in the rig (`slalom_165`, 700 N unless it says otherwise); for Gilgien the worse of two fits each to fixes
 without insoles. The bundled recordings come from a simulated world, so where a figure is the recording's own (friction,

@@ -5,7 +5,8 @@ friction, slope and speed.  Skis that carve lose little at high speed; skidding 
 does so at low speed.  Slope is among them because skiers hold their speed: by itself friction tells mostly the slope.
 The probabilities are averages over the error of friction.
 
-The coefficients are in ``turn_style.toml``; ``benchmarks/turn_style.py`` makes them and shows how often they are right.
+The coefficients are in ``turn_style.toml``; ``benchmarks/turns/turn_style.py`` makes them and shows how often they are
+right.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.simulation.reduced.prepared import prepare
 
-BENCHMARKS = DOCS.parent / "benchmarks"
+BENCHMARKS = DOCS.parent / "benchmarks" / "turns"
 FRICTION = {"beginner": (0.06, 0.55), "intermediate": (0.19, 0.90)}
 SECONDS = {"beginner": 5.5, "intermediate": 8.0}
 """s, in which each makes two complete turns."""

@@ -1,8 +1,8 @@
 """The numbers that were chosen for the diagnosis, each with its reason and the data that it was chosen on.
 
 ``Thresholds`` is one frozen set of them, an argument of the search, so that a study varies one and leaves the code
-alone (``benchmarks/thresholds.py``).  Usual sizes of a hypothesis stand in its own class, as its priors do.  Numerical
-guards, and counts of points that are drawn, stand where they are used.
+alone (``benchmarks/diagnosis/thresholds.py``).  Usual sizes of a hypothesis stand in its own class, as its priors do.
+Numerical guards, and counts of points that are drawn, stand where they are used.
 
 "Before 8aabea3" and the like: the number is as old as that commit, and the data that it was chosen on are not recorded.
 """
@@ -184,7 +184,9 @@ class Thresholds:
         on="linear worlds of the design's prototype",
     )
     world_pair: float = chosen(
-        0.3, reason="prior weight of two causes of the list at once, likewise", on="benchmarks/worlds.py, seed 48001"
+        0.3,
+        reason="prior weight of two causes of the list at once, likewise",
+        on="benchmarks/diagnosis/worlds.py, seed 48001",
     )
     world_same: float = chosen(
         0.2,

@@ -1,6 +1,6 @@
 """The model's figures next to what others measured on real skiers.
 
-    python benchmarks/measured_turns.py --json docs/notebook/measured_turns.json [--runs results/reproduction]
+    python benchmarks/turns/measured_turns.py --json docs/notebook/measured_turns.json [--runs results/reproduction]
 
 Fits both bundled recordings, fits each again to fixes of a run whose forces are known, and turns skis in the rig.  Runs
 that are already in RUNS are not computed again.  All draws have fixed seeds.  ``docs/make_measured_turns.py`` makes the
@@ -41,7 +41,7 @@ from sssi_exudyn.simulation.facing import facing
 from sssi_exudyn.simulation.turns.steady_turn import TurnCase, edges_of, start_rolling, steady_turn
 from sssi_exudyn.sweeps.parameters import reshape
 
-ROOT: Final = Path(__file__).parents[1]
+ROOT: Final = Path(__file__).parents[2]
 NAMES: Final = ("beginner", "intermediate")
 EDGES_DEG: Final = (20.0, 30.0, 40.0, 50.0, 60.0)
 LOADS: Final = (500.0, 900.0)

@@ -1,7 +1,7 @@
 """Names by a classifier that learned from worlds of a recording, by tempered evidence, and by both, on the same hidden
 effects; next to them what the best possible method would say.
 
-    python benchmarks/worlds.py examples/beginner:0:6.5 examples/intermediate:2:6.5 [--seed 48001] [--draws 12]
+    python benchmarks/diagnosis/worlds.py examples/beginner:0:6.5 [--seed 48001] [--draws 12]
 
 Each stretch (folder, seconds left out, seconds) is fitted by the reduced model.  Effects of the benchmark, none of
 which has the law of its hypothesis, act in the fitted run at all four sizes.  What they do is linear, by a ten

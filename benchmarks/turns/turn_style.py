@@ -1,7 +1,7 @@
 """Technique from telephones against what people wrote down: carving, skidding, wedge.
 
-``python benchmarks/turn_style.py FOLDER… --labels CSV [--frozen] [--train TOML] [--json FILE]``: the folders hold pairs
-``NAME_imu.csv`` and ``NAME_gnss.csv`` as ``sssi import`` reads them, the labels a row ``run,technique`` for each.
+``python benchmarks/turns/turn_style.py FOLDER… --labels CSV [--frozen] [--train TOML] [--json FILE]``: the folders hold
+pairs ``NAME_imu.csv`` and ``NAME_gnss.csv`` as ``sssi import`` reads them, the labels a row ``run,technique`` for each.
 How a name begins says the technique: carving, skidded, snowplow; others are listed and not counted.
 
 Without ``--frozen`` every run is judged by a model trained on all others (leave one out); with it by the one that comes
@@ -123,7 +123,9 @@ def left_out(features: Array, sigmas: Array, classes: Array, groups: Sequence[st
 
 def toml_of(model: StyleModel, runs: int) -> str:
     """Return the model as the text of ``turn_style.toml``."""
-    lines = [f"# Made by benchmarks/turn_style.py --train from {runs} telephones' runs (docs/notebook/real-runs.md).\n"]
+    lines = [
+        f"# Made by benchmarks/turns/turn_style.py --train from {runs} telephones' runs (docs/notebook/real-runs.md).\n"
+    ]
     for title, row in (("mean", model.mean), ("deviation", model.deviation)):
         lines += [f"\n[{title}]\n", *(f"{name} = {value:.6g}\n" for name, value in zip(FEATURES, row, strict=True))]
     for style, intercept, weights in zip(STYLES, model.intercept, model.weights, strict=True):

@@ -1,6 +1,6 @@
 """Are both of two effects named: where laws are compared one after the other, two together, and at best.
 
-    python benchmarks/pairs.py examples/beginner:0:6.5 examples/intermediate:2:6.5 [--seed 50801] [--draws 10]
+    python benchmarks/diagnosis/pairs.py examples/beginner:0:6.5 examples/intermediate:2:6.5 [--seed 50801] [--draws 10]
 
 Runs are linear, as those of ``worlds.py``.  Two effects of the benchmark act, of its two larger strengths: its four
 pairs and as many others.  All ways have the same evidence of exact laws, of a force of any form and of that force next

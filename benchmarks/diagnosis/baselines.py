@@ -1,6 +1,6 @@
 """What simpler methods would name, on the runs of ``worlds.py``: each knows the covariance of all that is uncertain.
 
-    python benchmarks/baselines.py examples/beginner:0:6.5 examples/intermediate:2:6.5 [--seed 48001] [--draws 12]
+    python benchmarks/diagnosis/baselines.py examples/beginner:0:6.5 [--seed 48001] [--draws 12]
 
 With the same stretches, seed and draws these are the runs of ``worlds.py``.  The methods:
 

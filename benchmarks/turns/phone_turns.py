@@ -1,7 +1,7 @@
 """Turns of telephones' sensors compared with turns labelled by people.
 
-``python benchmarks/phone_turns.py FOLDER …``: folders hold pairs ``NAME_imu.csv`` (t_s, gx, gy, gz in rad/s, ax, ay, az
-in m/s², label left or right, status START or STOP) and ``NAME_gnss.csv`` (t_s, speed_mps), 10 Hz and 1 Hz.
+``python benchmarks/turns/phone_turns.py FOLDER …``: folders hold pairs ``NAME_imu.csv`` (t_s, gx, gy, gz in rad/s,
+ax, ay, az in m/s², label left or right, status START or STOP) and ``NAME_gnss.csv`` (t_s, speed_mps), 10 Hz and 1 Hz.
 
 A labelled turn is found when a turn to the same side shares at least half of the shorter one's time with it; each turn
 found answers for one label.  Thresholds were chosen on the days of ``CHOSEN_ON``, so those are given apart.  The yaw

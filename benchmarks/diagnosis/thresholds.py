@@ -1,7 +1,7 @@
 """Each chosen number of the diagnosis, 1.5 times as large and as small: what it changes of unseen cases.
 
-``python benchmarks/thresholds.py FOLDER [--seed 46201] [--cases 36]`` keeps a file a case in the folder, goes on with
-what it lacks, and prints which numbers changed anything.
+``python benchmarks/diagnosis/thresholds.py FOLDER [--seed 46201] [--cases 36]`` keeps a file a case in the folder,
+goes on with what it lacks, and prints which numbers changed anything.
 
 Every case is diagnosed once, and again with each number changed.  Each stage of a diagnosis keeps which numbers it read
 and what they were compared with.  It is taken from memory where its arguments are the same, and where every number that
@@ -39,7 +39,7 @@ from sssi_exudyn.validation.diagnosis.search import compare_hypotheses, reestima
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 from sssi_exudyn.validation.diagnosis.worlds import weigh
 
-EXAMPLES: Final = Path(__file__).parents[1] / "examples"
+EXAMPLES: Final = Path(__file__).parents[2] / "examples"
 FACTOR: Final = 1.5
 CASES: Final = 36
 SEED: Final = 46201
