@@ -9,6 +9,7 @@ from typing import Final
 
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.contact.term import parameters
+from sssi_exudyn.contact.terms.air import FrontalAreas
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.number_ref import (
     CLOCK_OFFSET,
@@ -135,6 +136,8 @@ class Parameter:
     def group(self) -> str:
         """Return where its uncertainty is counted."""
         special = {HEADING_OFFSET: "heading", CLOCK_OFFSET: "clock"} | dict.fromkeys(ONSET, "friction's onset")
+        if self.name.key == "c_l":
+            return "lift"
         return special.get(self.name) or _GROUPS.get(self.name.owner, "what was found")
 
 
@@ -164,10 +167,20 @@ def with_unknown_parts(model: Model, recording: Recording, *, compliance: float 
     return model.with_values({name: median for name, (median, _) in ONSET.items() if model.value(name) == 0.0})
 
 
+def _air_law(model: Model) -> str:
+    """Return the name of the law of the air: the posture's, or the paper's."""
+    return "posture_air" if "posture_air" in [term.name for term in model.terms] else "air"
+
+
 def drag_coefficient(model: Model) -> NumberRef:
-    """Return the drag coefficient: the posture's law, or the paper's."""
-    names = [term.name for term in model.terms]
-    return NumberRef("posture_air.c_d" if "posture_air" in names else "air.c_d")
+    """Return the name of the drag coefficient."""
+    return NumberRef.of(_air_law(model), "c_d")
+
+
+def lift_number(model: Model, about: Uncertainty) -> dict[NumberRef, float]:
+    """Return the lift coefficient, with its standard deviation beforehand."""
+    frontal = sum(FrontalAreas().of_height(model.skier.height).values())
+    return {NumberRef.of(_air_law(model), "c_l"): about.lift_area / frontal}
 
 
 def started_anywhere(priors: Mapping[NumberRef, Prior]) -> dict[NumberRef, Prior]:
@@ -196,7 +209,8 @@ def unknown_numbers(stated: Model, priors: Mapping[NumberRef, Prior], recording:
     for name, share in shares.items():
         beforehand[name] = Prior(stated.value(name), share * stated.value(name))
     beforehand[CLOCK_OFFSET] = Prior(stated.value(CLOCK_OFFSET), about.clock)
-    beforehand |= {name: Prior(stated.value(name), sigma) for name, sigma in antenna_numbers(about).items()}
+    known = lift_number(stated, about) | antenna_numbers(about)
+    beforehand |= {name: Prior(stated.value(name), sigma) for name, sigma in known.items()}
     if recording.insoles is not None:
         if not is_carved(stated.terms):
             beforehand |= BOUNCE

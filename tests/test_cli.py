@@ -236,7 +236,7 @@ def test_a_diagnosis_is_an_answer_a_sentence_or_its_file(
     first, *tiles, page = answer.splitlines()
     assert first == "hill: none"
     names = [tile.partition(":")[0] for tile in tiles]
-    assert names == ["where", "what", "how sure", "how much better", "what next"]
+    assert names == ["where", "what", "how sure", "how much better", "friction", "what next"]
     assert "res/report.html" in page
     assert status(["diagnose", "rec", "--out", "res", "--verbose"]) == 0
     assert capsys.readouterr().out == f"nothing is missing\n{answer}"

@@ -85,7 +85,6 @@ COUSINS: Final = {
     "one_ski_slow": {"OneSki", "unexplained_friction", "unexplained_drag"},
     "edge_bite": {"OneSki", "unexplained_friction", "unexplained_drag"},
     "warming_snow": {"CourseOfFriction", "PowerOfSpeed"},
-    "lift": {"CourseOfFriction", "PowerOfSpeed"},
     "ruts": {"AlternatingForce", "CourseOfFriction"},
 }
 """Families, and hypotheses without a cause, that are like an effect of no list."""

@@ -12,6 +12,7 @@ from sssi_exudyn.contact.term import SegmentState, SegmentTerm
 from sssi_exudyn.core.quantity import quantity
 
 _CHOICE = "chosen: the paper gives no number"
+_LIFT: Final = "lift: K. Watanabe, T. Ohtsuki, Ergonomics 20 (1977)"
 
 STILL: Final = 1e-6
 """m/s; keeps the slope of the speed's root finite in still air; it changes the drag by 10⁻¹² of it at 1 m/s."""
@@ -28,24 +29,30 @@ def _density() -> Any:
     )
 
 
+def _lift(meaning: str) -> Any:
+    return quantity(0.0, "1", low=-1.0, high=2.0, source="the paper has no lift", meaning=meaning)
+
+
 @dataclass(frozen=True)
 class AirDrag(SegmentTerm):
-    """Quadratic drag, along the velocity of the air relative to the segment.
+    """Quadratic drag, along the velocity of the air relative to the segment, and lift across it, away from the snow.
 
-    Formula: F = ½·C_D·rho·A·|u|·u,   u = wind − velocity
+    Formula: F = ½·rho·A·(C_D·|u|·u + C_L·(|u|²·n − u_n·u)),   u = wind − velocity
     """
 
     name: ClassVar[str] = "air"
-    sources: ClassVar[tuple[str, ...]] = ("paper, 2.2.4",)
+    sources: ClassVar[tuple[str, ...]] = ("paper, 2.2.4", _LIFT)
 
     c_d: float = quantity(0.9, "1", low=0.1, high=2.0, source=_CHOICE, meaning="drag coefficient")
     rho: float = _density()
+    c_l: float = _lift("lift coefficient, of the area of drag")
 
     def force(self, math: Math, state: SegmentState) -> Vector:
         u_f, u_l, u_n = (air - own for air, own in zip(state.wind, state.velocity, strict=True))
         speed = math.sqrt(u_f * u_f + u_l * u_l + u_n * u_n + STILL * STILL)
-        drag = 0.5 * self.c_d * self.rho * state.area * speed
-        return drag * u_f, drag * u_l, drag * u_n
+        half = 0.5 * self.rho * state.area
+        along, across = half * (self.c_d * speed - self.c_l * u_n), half * self.c_l
+        return along * u_f, along * u_l, along * u_n + across * (u_f * u_f + u_l * u_l + u_n * u_n)
 
 
 TINY: Final = 1e-18
@@ -56,9 +63,10 @@ TINY: Final = 1e-18
 class PostureAir(SegmentTerm):
     """Quadratic drag and lift of a segment's area in its posture.
 
-    The force is along M û: across a long segment that is inclined to the wind, which gives drag and lift.
+    The force is along M û: across a long segment that is inclined to the wind, which gives drag and lift.  C_L is for
+    the lift that this does not contain, of clothing and a cambered trunk.
 
-    Formula: F = ½·C_D·rho·|u|²·M û/√(û·M û),   u = wind − velocity, û = u/|u|
+    Formula: F = ½·rho·|u|²·(C_D·M û/√(û·M û) + C_L·√(û·M û)·(n − û_n·û)),   u = wind − velocity, û = u/|u|
     """
 
     name: ClassVar[str] = "posture_air"
@@ -66,7 +74,7 @@ class PostureAir(SegmentTerm):
     sources: ClassVar[tuple[str, ...]] = (
         "paper, 2.2.4",
         "drag areas of skiers from 0.23 m² (tuck) to 0.66 m² (upright): Appl. Sci. 12 (2022) 902",
-        "lift: K. Watanabe, T. Ohtsuki, Ergonomics 20 (1977)",
+        _LIFT,
     )
 
     c_d: float = quantity(
@@ -78,6 +86,7 @@ class PostureAir(SegmentTerm):
         meaning="drag coefficient of a segment",
     )
     rho: float = _density()
+    c_l: float = _lift("coefficient of further lift, of the area shown")
 
     def force(self, math: Math, state: SegmentState) -> Vector:
         u_f, u_l, u_n = (air - own for air, own in zip(state.wind, state.velocity, strict=True))
@@ -88,8 +97,11 @@ class PostureAir(SegmentTerm):
             fn * u_f + ln * u_l + nn * u_n,
         )
         root = math.sqrt(u_f * m_f + u_l * m_l + u_n * m_n + TINY)
-        push = 0.5 * self.c_d * self.rho * (u_f * u_f + u_l * u_l + u_n * u_n) / root
-        return push * m_f, push * m_l, push * m_n
+        squared = u_f * u_f + u_l * u_l + u_n * u_n
+        push = 0.5 * self.c_d * self.rho * squared / root
+        across = 0.5 * self.c_l * self.rho * root / math.sqrt(squared + STILL * STILL)
+        along = across * u_n
+        return push * m_f - along * u_f, push * m_l - along * u_l, push * m_n - along * u_n + across * squared
 
 
 @dataclass(frozen=True)

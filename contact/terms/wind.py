@@ -1,4 +1,4 @@
-"""Air that moves over the ground, and a drag area other than the assumed one."""
+"""Air that moves over the ground, and a skier whom it brakes or lifts otherwise than assumed."""
 
 from __future__ import annotations
 
@@ -80,3 +80,27 @@ class DragArea(SegmentTerm):
     def force(self, math: Math, state: SegmentState) -> Vector:
         f, l, n = AirDrag().force(math, state)  # noqa: E741  the slope frame's name of the axis
         return self.share * f, self.share * l, self.share * n
+
+
+@dataclass(frozen=True)
+class Lift(SegmentTerm):
+    """Clothing or posture by which the air lifts the skier more than assumed.
+
+    Formula: F = ½·c_l·rho·A·(|u|²·n − u_n·u)   in addition to the air's, with its default rho
+    """
+
+    name: ClassVar[str] = "lift"
+    corrects: ClassVar[str] = AirDrag.name
+    sources: ClassVar[tuple[str, ...]] = (
+        "lift areas of 0.08 to 0.21 m² of two skiers: K. Watanabe, T. Ohtsuki, Ergonomics 20 (1977)",
+    )
+
+    c_l: float = quantity(
+        0.0, "1", low=-0.5, high=3.0, source="a plate at its best incidence has 1.2", meaning="more lift coefficient"
+    )
+
+    def force(self, math: Math, state: SegmentState) -> Vector:
+        drag, both = AirDrag(), AirDrag(c_l=1.0)
+        without, lifted = drag.force(math, state), both.force(math, state)
+        f, l, n = (self.c_l * (more - less) for more, less in zip(lifted, without, strict=True))  # noqa: E741
+        return f, l, n

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from sssi_exudyn.reports.section import Tile
-from sssi_exudyn.reports.sections.tables import unit_text
+from sssi_exudyn.reports.sections.tables import in_reading_units
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Change, Diagnosis, Finding
+from sssi_exudyn.validation.diagnosis.wording.paragraph import what_next
+from sssi_exudyn.validation.diagnosis.wording.sentence import percent
 
 Row = tuple[Tile, ...]
 
@@ -12,7 +14,7 @@ Row = tuple[Tile, ...]
 def tiles_of_diagnosis(diagnosis: Diagnosis) -> tuple[Row, ...]:
     """Return a row of tiles a finding, or one row where nothing was found; what to do next ends the first row."""
     rows = [_of_finding(finding) for finding in diagnosis.findings] or [_of_nothing(diagnosis)]
-    return ((*rows[0], _next(diagnosis)), *rows[1:])
+    return ((*rows[0], _friction(diagnosis), _next(diagnosis)), *rows[1:])
 
 
 def lines_of_diagnosis(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -26,13 +28,14 @@ def lines_of_diagnosis(diagnosis: Diagnosis) -> tuple[str, ...]:
 def _of_finding(finding: Finding) -> Row:
     others = ", ".join(f"{_words(other.name)} {other.probability:.0%}" for other in finding.alternatives)
     numbers = ", ".join(
-        f"{name} {number.value:.3g} {unit_text(number.unit)}".rstrip() for name, number in finding.parameters.items()
+        f"{number.meaning or name} {in_reading_units(number.value, number.unit)}"
+        for name, number in finding.parameters.items()
     )
     evidence = finding.evidence
     return (
         _where(finding),
         Tile("what", _words(finding.name), numbers),
-        Tile("how sure", f"{finding.probability:.0%}", f"else {others}" if others else "no other explanation remains"),
+        Tile("how sure", percent(finding.probability), f"else {others}" if others else "no other explanation remains"),
         Tile("how much better", _better(evidence.trajectory_error_m), _on_other_turns(evidence.held_out_error_m)),
     )
 
@@ -59,13 +62,25 @@ def _of_nothing(diagnosis: Diagnosis) -> Row:
     )
 
 
+def _friction(diagnosis: Diagnosis) -> Tile:
+    """Return μ_t over all explanations, where these were weighed, and what it is without a finding."""
+    before, after = diagnosis.friction.before.mu_t, diagnosis.friction.after.mu_t
+    averaged = (diagnosis.friction_averaged or {}).get("mu_t")
+    value = f"μ_t {after:.3f}" if averaged is None else f"μ_t {averaged.value:.3f}"
+    notes = []
+    if averaged is not None:
+        notes.append(f"90 % interval over all explanations {averaged.low:.3f} to {averaged.high:.3f}")
+    notes += [f"{before:.3f} with nothing added"] if diagnosis.findings else []
+    return Tile("friction", value, "; ".join(notes))
+
+
 def _next(diagnosis: Diagnosis) -> Tile:
     if not diagnosis.next:
-        nothing_open = diagnosis.verdict in ("none", "explained")
-        return Tile("what next", "nothing" if nothing_open else "no measurement is known", "")
+        adequate = diagnosis.adequacy is None or diagnosis.adequacy.adequate
+        return Tile("what next", what_next(diagnosis.findings, diagnosis.verdict, (), adequate=adequate))
     first = diagnosis.next[0]
     names = " or ".join(_words(name) for name in first.distinguishes)
-    return Tile("what next", first.measurement, f"{first.probability:.0%} probable to leave one of {names}")
+    return Tile("what next", first.measurement, f"{percent(first.probability)} probable to leave one of {names}")
 
 
 def _better(change: Change) -> str:

@@ -55,6 +55,7 @@ _NAMES: Final = {
 that began before a module moved goes on.
 """
 _LATER: Final = {
+    "AirDrag": ("c_l",),
     "Model": ("surface", "posture", "heading", "legs"),
     "Recording": ("elevations", "poles", "began", "snow"),
     "Skier": ("name",),
@@ -63,6 +64,7 @@ _LATER: Final = {
         "pole_length",
     ),
     "PolePlant": ("side",),
+    "PostureAir": ("c_l",),
     "Start": ("height", "velocity_n"),
     "GpsJump": ("rise",),
     "Ski": ("uncertainty",),

@@ -14,7 +14,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, Final
 
-_PACKAGES: Final = ("exudyn", "numpy", "scipy", "numba", "nlopt", "pandas")
+_PACKAGES: Final = ("exudyn", "numpy", "scipy", "numba", "nlopt", "pandas", "scikit-learn")
 
 
 def versions() -> dict[str, str]:

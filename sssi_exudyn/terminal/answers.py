@@ -27,14 +27,23 @@ def answer_lines(result: Result) -> list[str]:
 
 
 def diagnosis_lines(result: Result) -> list[str]:
-    """Return the verdict, then where, what, how sure, how much better, what next, and the page's path."""
+    """Return the verdict, then where, what, how sure, how much better, friction, what next, whether to trust the run,
+    and the page's path.
+    """
     from sssi_exudyn.reports.diagnosis_tiles import lines_of_diagnosis
+    from sssi_exudyn.reports.verdict import verdict_of
 
     diagnosis = result.diagnosis
     assert diagnosis is not None
     by = " (by the reduced model alone)" if diagnosis.tier == "reduced" else ""
     first = f"{diagnosis.recording}: {diagnosis.verdict.replace('_', ' ')}{by}"
-    return [first, *lines_of_diagnosis(diagnosis), f"page: {_page(result.folder)} (--verbose prints the sentence)"]
+    trust = verdict_of(result.summary)
+    return [
+        first,
+        *lines_of_diagnosis(diagnosis),
+        f"the run with this: {trust.words}. {trust.sentence}",
+        f"page: {_page(result.folder)} (--verbose prints the sentence)",
+    ]
 
 
 def day_lines(day: Day, out: Path) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math as library
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -106,9 +107,25 @@ def test_drag_depends_on_the_relative_wind_only(
 @given(_any(AirDrag), st.floats(0.1, 40.0), st.floats(0.0, library.tau), st.floats(0.01, 0.3))
 def test_drag_is_the_formula(law: AirDrag, speed: float, heading: float, area: float) -> None:
     velocity = (speed * library.cos(heading), speed * library.sin(heading), 0.0)
-    force = law.force(MATH, SegmentState(velocity, (0.0, 0.0, 0.0), area))
+    along_f, along_l, up = law.force(MATH, SegmentState(velocity, (0.0, 0.0, 0.0), area))
     # the smoothing of 10⁻⁶ m/s counts 10⁻¹⁰/2 at the slowest speed here
-    assert library.hypot(*force) == pytest.approx(0.5 * law.c_d * law.rho * area * speed**2, rel=1e-10)
+    assert library.hypot(along_f, along_l) == pytest.approx(0.5 * law.c_d * law.rho * area * speed**2, rel=1e-10)
+    assert up == pytest.approx(0.5 * law.c_l * law.rho * area * speed**2, rel=1e-10)
+
+
+@given(_any(AirDrag), VELOCITIES, st.floats(0.01, 0.3))
+def test_lift_does_no_work_in_still_air(law: AirDrag, velocity: tuple[float, ...], area: float) -> None:
+    state = SegmentState(velocity, (0.0, 0.0, 0.0), area)
+    lifted, plain = law.force(MATH, state), replace(law, c_l=0.0).force(MATH, state)
+    lift = [one - other for one, other in zip(lifted, plain, strict=True)]
+    power = sum(one * other for one, other in zip(lift, velocity, strict=True))
+    speed = library.hypot(*velocity)
+    # below 0.5 N·(speed in m/s)² of drag is taken away again, to 16 digits
+    assert abs(power) <= 1e-12 * (1.0 + speed**3)
+    across = library.hypot(velocity[0], velocity[1])
+    assert library.hypot(*lift) == pytest.approx(
+        0.5 * abs(law.c_l) * law.rho * area * speed * across, rel=1e-9, abs=1e-12 * (1.0 + speed**2)
+    )
 
 
 def test_air_acts_on_fourteen_segments_in_proportion_to_height_squared() -> None:

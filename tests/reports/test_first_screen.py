@@ -107,16 +107,23 @@ def test_a_diagnosis_has_tiles_of_its_own() -> None:
         next=(Next("an anemometer", ("gust", "snow_patch"), 0.9),),
     )
     (row,) = tiles_of_diagnosis(diagnosis)
-    assert [tile.name for tile in row] == ["where", "what", "how sure", "how much better", "what next"]
-    where, what, sure, better, following = row
+    assert [tile.name for tile in row] == ["where", "what", "how sure", "how much better", "friction", "what next"]
+    where, what, sure, better, friction, following = row
     assert (where.value, where.note) == ("2.0 to 4.0 s", "10 to 20 m of the path")
     assert (what.value, what.note) == ("gust", "w_f -5 m/s")
     assert (sure.value, sure.note) == ("80%", "else snow patch 15%")
     assert better.value == "0.050 m, was 0.300 m"
+    assert (friction.value, friction.note) == ("μ_t 0.100", "0.100 with nothing added")
     assert (following.value, following.note) == ("an anemometer", "90% probable to leave one of gust or snow patch")
     none = lines_of_diagnosis(diagnosis_of())
     assert none[0].startswith("where: nowhere")
     assert none[1] == "what: nothing is missing"
+    assert "what next: nothing needs to be measured again for this" in lines_of_diagnosis(diagnosis_of())
+    known = Number(-7.3, -8.8, -5.8, "m/s", "gust down the fall line")
+    turned = Number(0.1, 0.05, 0.15, "rad", "turn")
+    (row,) = tiles_of_diagnosis(diagnosis_of(replace(finding_of("gust", 0.999), parameters={"w": known, "a": turned})))
+    assert row[1].note == "gust down the fall line -7.3 m/s, turn 5.73 °"
+    assert row[2].value == "more than 99%"
 
 
 @pytest.mark.usefixtures("words_only")

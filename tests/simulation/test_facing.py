@@ -119,8 +119,8 @@ def test_a_tuck_is_a_tuck() -> None:
 
 def test_a_ball_drags_as_by_the_papers_formula() -> None:
     ball = SegmentState((9.0, -2.0, 1.0), (1.0, 3.0, 0.0), 0.05, (0.0025, 0.0, 0.0, 0.0025, 0.0, 0.0025))
-    law = PostureAir(c_d=0.9)
-    assert law.force(FloatMath(), ball) == pytest.approx(AirDrag().force(FloatMath(), ball), rel=1e-9)  # ``STILL``
+    law, papers = PostureAir(c_d=0.9, c_l=0.3), AirDrag(c_l=0.3)
+    assert law.force(FloatMath(), ball) == pytest.approx(papers.force(FloatMath(), ball), rel=1e-9)  # ``STILL``
 
 
 def test_what_is_wholly_shielded_feels_nothing() -> None:

@@ -175,16 +175,19 @@ class WarmingSnow(FootTerm):
 
 
 @dataclass(frozen=True)
-class Lift(BodyTerm):
-    """Formula: a force up that grows with the square of the speed."""
+class WorldLift(BodyTerm):
+    """Formula: a force up that grows with the square of the speed, and comes and goes with the skier's posture."""
 
-    name: ClassVar[str] = "lift"
+    name: ClassVar[str] = "world_lift"
     sources: ClassVar[tuple[str, ...]] = (_HERE,)
-    area: float = _any("lift area", "m^2")
+    area: float = _any("mean lift area", "m^2")
+    rate: float = _any("angular rate of the posture", "1/s")
+    phase: float = _any("of the posture at the beginning", "rad")
 
     def force(self, math: Math, state: BodyState) -> Vector:
         f, l, n = state.velocity  # noqa: E741  the slope frame's name of the axis
-        return 0.0, 0.0, 0.55 * self.area * (f * f + l * l + n * n)
+        area = self.area * (1.0 + 0.4 * math.sin(self.rate * state.t + self.phase))
+        return 0.0, 0.0, 0.55 * area * (f * f + l * l + n * n)
 
 
 @dataclass(frozen=True)

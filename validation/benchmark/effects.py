@@ -21,7 +21,6 @@ from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.validation.benchmark.concealed_faults import WorldCuff, WorldGain, WorldJump
 from sssi_exudyn.validation.benchmark.concealed_terms import (
     EdgeBite,
-    Lift,
     OneSkiSlow,
     Ruts,
     WarmingSnow,
@@ -30,6 +29,7 @@ from sssi_exudyn.validation.benchmark.concealed_terms import (
     WorldDrag,
     WorldEdge,
     WorldGust,
+    WorldLift,
     WorldLoad,
     WorldPatch,
     WorldPole,
@@ -40,6 +40,7 @@ from sssi_exudyn.validation.benchmark.concealed_terms import (
 )
 from sssi_exudyn.validation.diagnosis.hypotheses.air.drag_area import OtherDragArea
 from sssi_exudyn.validation.diagnosis.hypotheses.air.gust import PassingGust
+from sssi_exudyn.validation.diagnosis.hypotheses.air.lift import OtherLift
 from sssi_exudyn.validation.diagnosis.hypotheses.air.wind import SteadyWind
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.boot_cuff import LoadOnCuffs
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_delay import GpsDelay
@@ -114,6 +115,11 @@ def _gust(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
 def _drag(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
     share = 0.35 * size * (1.0 if size > 1.0 else _sign(rng))
     return Effect((WorldDrag(0.4 * share),), truth={})
+
+
+def _lift(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    rate, phase = float(rng.uniform(2.0, 5.0)), float(rng.uniform(0.0, 2.0 * np.pi))
+    return Effect((WorldLift(0.2 * size, rate, phase),), truth={})
 
 
 def _patch(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
@@ -222,10 +228,6 @@ def _warming(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
     return Effect((WarmingSnow(0.025 * size / 30.0, plain.place_at(plain.begin)),), truth={})
 
 
-def _lift(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
-    return Effect((Lift(0.2 * size),), truth={})
-
-
 def _bite(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
     window = plain.stretch(rng, 0.3, 0.6)
     bite = EdgeBite(80.0 * size, float(rng.uniform(0.3, 1.5)), _sign(rng), *window)
@@ -242,6 +244,7 @@ PHYSICS: Final[dict[str, Maker]] = {
     SteadyWind.name: _wind,
     PassingGust.name: _gust,
     OtherDragArea.name: _drag,
+    OtherLift.name: _lift,
     PatchOfSnow.name: _patch,
     FrictionBySpeed.name: _speed,
     FrictionByEdge.name: _edge,
@@ -267,7 +270,6 @@ UNKNOWN: Final[dict[str, Maker]] = {
     "external_push": _push,
     "one_ski_slow": _one_ski,
     WarmingSnow.name: _warming,
-    Lift.name: _lift,
     EdgeBite.name: _bite,
     Ruts.name: _ruts,
 }

@@ -33,6 +33,8 @@ _ELEMENTS: Final = 20
 """Number of beam elements of a ski: half the time of 50, for 3 mm of the track."""
 _MASS, _SLOPE, _DRAG, _SKI, _BOOT_CENTRE = 0.03, np.radians(0.5).item(), 0.15, 0.1, 0.01
 """Standard deviations: shares of mass, drag and the ski's stiffnesses, rad of the slope, m of the boot centre."""
+_LIFT = 0.15, 0.1
+"""Mean and standard deviation of lift coefficients: lift areas of 0.03 to 0.14 m²."""
 _ONSET, _DAMPING, _EXPONENT = 0.6, 0.5, 0.1
 """Standard deviations: logarithms of friction's onset and of the snow's damping, and its exponents."""
 _WAVES: Final = 12
@@ -141,8 +143,10 @@ def other_day(
         STIFFNESS: model.value(STIFFNESS) * float(np.exp(rng.normal(0.0, 0.15))),
         drag: model.value(drag) * (1.0 + float(rng.normal(0.0, _DRAG))),
     }
-    # a generator of its own: other draws of a case stay as they are
-    return model.with_values(numbers | _draw_snow(rng.spawn(1)[0], model)), motion
+    # generators of their own: other draws of a case stay as they are
+    of_snow, of_air = rng.spawn(2)
+    lift = {NumberRef("air.c_l"): float(of_air.normal(*_LIFT))}
+    return model.with_values(numbers | lift | _draw_snow(of_snow, model)), motion
 
 
 def _draw_snow(rng: np.random.Generator, model: Model) -> dict[NumberRef, float]:

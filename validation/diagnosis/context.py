@@ -25,6 +25,7 @@ from sssi_exudyn.fitting.parameters import (
     drag_coefficient,
     insole_numbers,
     law_unknowns,
+    lift_number,
     posture_errors,
     started_anywhere,
 )
@@ -215,7 +216,11 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, sought: 
     height = np.zeros(size)
     height[measurements.blocks["height"]] = 1.0
     stated = problem.model
-    numbers = {CLOCK_OFFSET: about.clock, STIFFNESS: about.snow_stiffness * stated.value(STIFFNESS)}
+    numbers = {
+        CLOCK_OFFSET: about.clock,
+        STIFFNESS: about.snow_stiffness * stated.value(STIFFNESS),
+        **lift_number(stated, about),
+    }
     moved = [0.0 if name in sought else model.value(name) - stated.value(name) for name in numbers]
     laws = [unknown for unknown in law_unknowns(stated, about) if model.value(unknown.name) > 0.0]
     moved += [unknown.of(model) - unknown.prior.mean for unknown in laws]

@@ -19,12 +19,13 @@ NOTHING_MISSING: Final = "nothing"
 
 @dataclass(frozen=True)
 class Number:
-    """A parameter with its 90 % interval."""
+    """A parameter with its 90 % interval; ``meaning`` says what it is, "" where its name does."""
 
     value: float
     low: float
     high: float
     unit: str
+    meaning: str = ""
 
 
 @dataclass(frozen=True)
@@ -262,11 +263,14 @@ class Way:
 
 @dataclass(frozen=True)
 class Smallest:
-    """The size of an effect from which it would have been noticed: the number of its that is meant, value and unit."""
+    """The size of an effect that would have been noticed in half of such runs: the number of its that is meant, value,
+    unit and meaning.
+    """
 
     number: str
     value: float
     unit: str
+    meaning: str = ""
 
 
 @dataclass(frozen=True)

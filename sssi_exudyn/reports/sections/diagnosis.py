@@ -21,7 +21,7 @@ from sssi_exudyn.reports.section import (
     section_of_each,
 )
 from sssi_exudyn.reports.sections.similar_run import similar_run
-from sssi_exudyn.reports.sections.tables import unit_text
+from sssi_exudyn.reports.sections.tables import in_reading_units
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.validation.diagnosis.diagnosis_data import (
     NOTHING_MISSING,
@@ -48,6 +48,8 @@ Row = tuple[str, str, str]
 _BARS = 10
 """Greatest number of explanations that are drawn, and their least probability."""
 _DRAWN = 0.005
+_LEAST_SAID = 5e-4
+"""Probability below which no number is said: a search is not so certain."""
 _LONGEST = 0.12
 """Length of the longest arrow, as a share of the path's."""
 
@@ -78,7 +80,8 @@ def diagnosis_blocks(diagnosis: Diagnosis) -> tuple[Block, ...]:
     if diagnosis.latent_force is not None:
         before, after = diagnosis.latent_force.before, diagnosis.latent_force.after
         caption = (
-            "Force that the model lacks, with twice its standard deviation; dots exceed what noise alone would show"
+            "Force that the model lacks, about the first fit, with twice its standard deviation of a force of unknown "
+            "size; dots exceed what noise alone would show where nothing is missing, a narrower limit"
         )
         blocks.append(Drawing(caption, lambda axes: draw_force(axes, before)))
         if diagnosis.findings:
@@ -113,7 +116,7 @@ def diagnosis_blocks(diagnosis: Diagnosis) -> tuple[Block, ...]:
         blocks += [Heading("What simulated runs had hidden that look like this one"), *_likeness(diagnosis.likeness)]
     if diagnosis.smallest_noticed:
         blocks += [
-            Heading("Smallest effects that would have been noticed"),
+            Heading("Sizes of effects that would have been noticed in half of such runs"),
             Facts(_smallest(diagnosis.smallest_noticed)),
         ]
     return (*blocks, Heading("Noise of the instruments"), Facts(_noise_rows(diagnosis.noise)))
@@ -164,7 +167,7 @@ def _distance_caption(diagnosis: Diagnosis) -> str:
 def _finding(finding: Finding) -> list[Row]:
     evidence = finding.evidence
     rows: list[Row] = [
-        (name, f"{n.value:.4g} {unit_text(n.unit)}".rstrip(), f"90 % interval {n.low:.4g} to {n.high:.4g}")
+        (n.meaning or name, in_reading_units(n.value, n.unit), f"90 % interval {_ends(n)} ({name})")
         for name, n in finding.parameters.items()
     ]
     rows.append(_change("mean error (m)", evidence.trajectory_error_m, ".3f"))
@@ -188,6 +191,10 @@ def _finding(finding: Finding) -> list[Row]:
     return rows
 
 
+def _ends(number: Number) -> str:
+    return " to ".join(in_reading_units(value, number.unit) for value in (number.low, number.high))
+
+
 def _change(what: str, change: Change, form: str, scale: str = "") -> Row:
     before, after = ("–" if value is None else format(value, form) for value in (change.before, change.after))
     return what, after, f"{before} before{scale}"
@@ -208,7 +215,7 @@ def _hypotheses(posteriors: tuple[Weighed, ...]) -> list[Row]:
     return [
         (
             "nothing is missing" if hypothesis.name == NOTHING_MISSING else hypothesis.name.replace("_", " "),
-            f"{hypothesis.probability:.1%}",
+            "< 0.1%" if hypothesis.probability < _LEAST_SAID else f"{hypothesis.probability:.1%}",
             meaning(hypothesis),
         )
         for hypothesis in posteriors
@@ -221,7 +228,12 @@ def _chance(chance: Chance) -> Row:
         f"is {chance.nothing_probability:.1%} probable here, and below {chance.nothing_probability_5_percent:.0%} in "
         "one of twenty simulated runs"
     )
-    return "share of runs that look as conspicuous by chance", f"{chance.as_strong:.1%}", meaning
+    return "share of runs that look as conspicuous by chance", _share(chance.as_strong, chance.runs), meaning
+
+
+def _share(share: float, runs: int) -> str:
+    """Return a share of simulated runs; where none of them was so, what it is below."""
+    return f"below {share:.1%}: none of {runs}" if share * (runs + 1) < 1.5 else f"{share:.1%}"
 
 
 def _likeness(likeness: Likeness) -> list[Block]:
@@ -229,7 +241,10 @@ def _likeness(likeness: Likeness) -> list[Block]:
     meaning = "of the simulated runs; below 1 % the recording looks like none of them"
     rows: list[Row] = [("runs that are farther from their kind", f"{likeness.outside:.0%}", meaning)]
     if likeness.best_possible is not None:
-        meaning = "probability on average, were the answer true, by a method that knows all the simulated runs"
+        meaning = (
+            "probability on average, were the answer true, by a method that knows all the simulated runs; rather too "
+            "low, since each run is compared with the others alone"
+        )
         rows.append(("the best that can be said", f"{likeness.best_possible:.0%}", meaning))
     blocks: list[Block] = [Text(likeness.sentence), Facts(rows)]
     return blocks if likeness.similar is None else [*blocks, similar_run(likeness.similar)]
@@ -256,8 +271,8 @@ def _smallest(noticed: dict[str, Smallest]) -> list[Row]:
     return [
         (
             name.replace("_", " "),
-            f"{smallest.value:.3g} {unit_text(smallest.unit)}".rstrip(),
-            f"least {smallest.number}",
+            in_reading_units(smallest.value, smallest.unit),
+            f"{smallest.meaning} ({smallest.number})" if smallest.meaning else smallest.number,
         )
         for name, smallest in noticed.items()
     ]

@@ -226,6 +226,13 @@ def unit_text(unit: str) -> str:
     return "" if unit == "1" else unit
 
 
+def in_reading_units(value: float, unit: str) -> str:
+    """Return a value with its unit as a reader takes it in: angles are degrees."""
+    if unit.startswith("rad"):
+        value, unit = float(np.degrees(value)), "°" + unit.removeprefix("rad")
+    return f"{value:.3g} {unit_text(unit)}".rstrip()
+
+
 def with_spread(value: float, spread: float) -> str:
     """Return ``value ± spread``, both to the spread's first significant digit."""
     return plus_minus(value, spread) if spread > 0.0 else number(value)

@@ -14,6 +14,8 @@ _NAMES = {
     "hardness": "H, hardness (N/m³)",
     "strength": "S_f, strength (Pa)",
 }
+_UNITS = {"fixes": "m", "height": "m", "speed": "m/s", "load": "N", "load difference": "N", "moment": "N m"}
+"""By the name of a measurement in a summary."""
 _LARGE = 10.0
 """Size from which three digits are shown."""
 _LEAST = 0.005
@@ -74,11 +76,11 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
 
 
 def _noise_and_corrections(figures: UncertaintyFigures) -> tuple[Block, ...]:
-    noise = [["measurement", "standard deviation (SI units)", "times the usual", "correlated over (s)"]]
+    noise = [["measurement", "standard deviation", "times the usual", "correlated over (s)"]]
     noise += [
         [
             name,
-            f"{level.sigma:.3g}",
+            f"{level.sigma:.3g} {_UNITS.get(name, '')}".rstrip(),
             "" if level.times_usual is None else f"{level.times_usual:.1f}",
             f"{level.correlation_s:.2g}",
         ]
@@ -97,7 +99,7 @@ def _noise_and_corrections(figures: UncertaintyFigures) -> tuple[Block, ...]:
     return (
         Heading("Noise of the measurements"),
         Grid(noise),
-        Heading("Corrections of the posture"),
+        Heading("Largest corrections, and those of the posture"),
         Text(verdict),
         Grid(largest),
         Grid(posture),

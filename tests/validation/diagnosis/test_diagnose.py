@@ -501,6 +501,8 @@ def test_the_model_that_is_written_meets_the_track_as_is_claimed(base: Any, tmp_
     assert [finding.name for finding in diagnosed.diagnosis.findings] == ["gps_jump"]
     claimed = diagnosed.diagnosis.findings[0].evidence.trajectory_error_m
     assert claimed.after < 0.04 < 0.1 < claimed.before
+    shown = diagnosed.diagnosis.track_distance  # the curves of the figure, of the same two models
+    assert (np.mean(shown.before_m), np.mean(shown.after_m)) == pytest.approx((claimed.before, claimed.after))
     (tmp_path / "model.toml").write_text(tomli_w.dumps(model_to_dict(diagnosed.model)), encoding="utf-8")
     for name, content in model_files(diagnosed.model).items():
         (tmp_path / name).write_bytes(content)

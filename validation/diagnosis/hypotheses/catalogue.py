@@ -7,6 +7,7 @@ from typing import Final
 from sssi_exudyn.runtime.plugins import same_part
 from sssi_exudyn.validation.diagnosis.hypotheses.air.drag_area import OtherDragArea
 from sssi_exudyn.validation.diagnosis.hypotheses.air.gust import PassingGust
+from sssi_exudyn.validation.diagnosis.hypotheses.air.lift import OtherLift
 from sssi_exudyn.validation.diagnosis.hypotheses.air.wind import SteadyWind
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis, SteadyLaw
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.boot_cuff import LoadOnCuffs
@@ -37,6 +38,7 @@ HYPOTHESES: Final[list[Hypothesis]] = [
     SteadyWind(),
     PassingGust(),
     OtherDragArea(),
+    OtherLift(),
     PatchOfSnow(),
     FrictionBySpeed(),
     FrictionByEdge(),

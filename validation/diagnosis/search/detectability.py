@@ -34,7 +34,8 @@ def smallest_noticed(
     needed = np.log(odds) / thresholds.temper + 0.5 * volume + np.log(len(candidates))
     size = float(np.median(np.sqrt(2.0 * needed / np.maximum(information[:, 0, 0], 1e-12))))
     name, first = candidates[0].amplitudes[0][0], candidates[0]
-    return Smallest(name.key, size * float(first.free.scales[0]), first.model.about(name).unit)
+    about = first.model.about(name)
+    return Smallest(name.key, size * float(first.free.scales[0]), about.unit, about.meaning)
 
 
 def adequacy(residual: Array, measurements: Measurements, thresholds: Thresholds = THRESHOLDS) -> Adequacy:

@@ -15,7 +15,7 @@ from sssi_exudyn.fitting.autocorrelated_noise import whiten
 from sssi_exudyn.fitting.evidence import LinearModel
 from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.fitting.noise import NoiseLevels
-from sssi_exudyn.fitting.observations import Measurements
+from sssi_exudyn.fitting.observations import Measurements, Observation
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.uncertainty import Uncertainty
@@ -108,7 +108,9 @@ def describe(
     figures = [
         figures_of(linear, state.levels, *errors) for linear, *errors in zip(lines, residuals, left_out, strict=True)
     ]
+    distances = [_distance(measurements, residual) for residual in (residuals[0], residuals[-1])]
     if estimates is not None:  # what the model does that is written
+        distances = [_distance(posterior.setting.seen, posterior.residual) for posterior in estimates]
         for i, posterior in ((0, estimates[0]), (-1, estimates[1])):
             figures[i] = replace(figures[i], trajectory_error=posterior.track_error)
     missing, left = (
@@ -139,7 +141,7 @@ def describe(
             Stretch(begin, end, _vector(missing.impulse((begin, end)))) for begin, end in missing.stretches()
         ),
         latent_force=LatentForce(_over_time(missing), _over_time(left)),
-        track_distance=_distance(measurements, residuals[0], residuals[-1]),
+        track_distance=TrackDistance(tuple(measurements.fixes.tolist()), *distances),
         smallest_noticed=rounds[-1].noticed,
         adequacy=near,
         next=following,
@@ -260,7 +262,8 @@ def _finding(
     numbers: dict[str, Number] = {}
     for names in (*candidate.amplitudes, *((name,) for name in candidate.places)):
         value, low, high = final.interval(names[0], thresholds.interval_90)
-        numbers[names[0].key] = Number(value, low, high, final.model.about(names[0]).unit)
+        about = final.model.about(names[0])
+        numbers[names[0].key] = Number(value, low, high, about.unit, about.meaning)
     window = hypothesis.window(fitted, candidate, numbers)
     acting = window or (float(fitted.run.time[0]), float(fitted.run.time[-1]))
     return Finding(
@@ -414,13 +417,10 @@ def _by_foot(missing: ForceOnFeet) -> ForceByFoot:
     )
 
 
-def _distance(measurements: Measurements, first: Array, final: Array) -> TrackDistance:
-    blocks = measurements.blocks
-
-    def of(residual: Array) -> tuple[float, ...]:
-        return tuple(np.hypot(residual[blocks["x"]], residual[blocks["y"]]).tolist())
-
-    return TrackDistance(tuple(measurements.fixes.tolist()), of(first), of(final))
+def _distance(measured: Measurements | Observation, residual: Array) -> tuple[float, ...]:
+    """Return the horizontal distance (m) of each fix."""
+    blocks = measured.blocks
+    return tuple(np.hypot(residual[blocks["x"]], residual[blocks["y"]]).tolist())
 
 
 def _way(fitted: FittedRun) -> Way:

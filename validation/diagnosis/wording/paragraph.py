@@ -24,13 +24,11 @@ from sssi_exudyn.validation.diagnosis.diagnosis_data import (
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, distinguishing_measurement
 from sssi_exudyn.validation.diagnosis.search.explanation import Round
 from sssi_exudyn.validation.diagnosis.search.search_result import Figures
-from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
-from sssi_exudyn.validation.diagnosis.wording.sentence import REJECTED, UNLIKE
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
+from sssi_exudyn.validation.diagnosis.wording.sentence import REJECTED, UNLIKE, percent
 
 _KMH: Final = 3.6
 """km/h of 1 m/s."""
-_CERTAIN: Final = 0.99
-"""Probability above which no number is said: no search is so certain."""
 
 
 def paragraph_of(
@@ -66,17 +64,17 @@ def paragraph_of(
     if near.adequate:
         names = {finding.name for finding in findings}
         sentences += _too_small({name: smallest for name, smallest in last.noticed.items() if name not in names})
-    sentences.append(_what_next(findings, near, verdict, following, thresholds))
+    sentences.append(f"Next: {what_next(findings, verdict, following, thresholds, adequate=near.adequate)}")
     return ". ".join(sentences) + "."
 
 
 def _of_finding(finding: Finding, model: Model, thresholds: Thresholds) -> list[str]:
     """Say what a finding is, when it acts, how large and how sure it is, and what it may be instead."""
     words = BY_NAME[finding.name].plain_words(finding.parameters, model)
-    certain = f"this is {_percent(finding.probability)} probable"
+    certain = f"this is {percent(finding.probability)} probable"
     if finding.probability < thresholds.sure:
         certain += ", which is not enough to rely on"
-    others = [f"{_cause(other.name)} ({_percent(other.probability)})" for other in finding.alternatives]
+    others = [f"{_cause(other.name)} ({percent(other.probability)})" for other in finding.alternatives]
     ruled_out = (
         f"not ruled out: {', '.join(others)}"
         if others
@@ -115,13 +113,13 @@ def _without_finding(verdict: Outcome, last: Round, figures: Figures) -> list[st
     if verdict == "none":
         return [
             f"Nothing was found: {met}, which the instruments' noise explains",
-            f"That nothing is missing is {_percent(nothing)} probable; not ruled out: {_cause(best.name)} "
-            f"({_percent(best.probability)})",
+            f"That nothing is missing is {percent(nothing)} probable; not ruled out: {_cause(best.name)} "
+            f"({percent(best.probability)})",
         ]
     return [
         f"This recording cannot tell whether something is missing: {met}. That nothing is missing is "
-        f"{_percent(nothing)} probable",
-        f"Not ruled out: {_cause(best.name)} ({_percent(best.probability)}) and others",
+        f"{percent(nothing)} probable",
+        f"Not ruled out: {_cause(best.name)} ({percent(best.probability)}) and others",
     ]
 
 
@@ -134,44 +132,46 @@ def _too_small(noticed: dict[str, Smallest]) -> list[str]:
             listed.append(
                 text.format(value=smallest.value, degrees=np.degrees(smallest.value), kmh=_KMH * smallest.value)
             )
-    return [f"Anything smaller than these would have gone unnoticed: {', '.join(listed)}"] if listed else []
+    words = "Of effects of these sizes half would have been noticed, of smaller ones fewer"
+    return [f"{words}: {', '.join(listed)}"] if listed else []
 
 
-def _what_next(
-    findings: Sequence[Finding], near: Adequacy, verdict: Outcome, following: Sequence[Next], thresholds: Thresholds
+def what_next(
+    findings: Sequence[Finding],
+    verdict: Outcome,
+    following: Sequence[Next],
+    thresholds: Thresholds = THRESHOLDS,
+    *,
+    adequate: bool = True,
 ) -> str:
-    if not near.adequate:
+    """Return what to do after a diagnosis by a model that describes the run, or not."""
+    if not adequate:
         return (
-            "Next: check what the recording states of slope, equipment and the sensors' places, or record the run "
+            "check what the recording states of slope, equipment and the sensors' places, or record the run "
             "again with a better receiver"
         )
     if following:
         best = following[0]
         return (
-            f"Next: {best.measurement}. With a probability of {_percent(best.probability)} it leaves only one of "
+            f"{best.measurement}. With a probability of {percent(best.probability)} it leaves only one of "
             f"{_cause(best.distinguishes[0])} and {_cause(best.distinguishes[1])}"
         )
     if verdict == "none":
-        return "Next: nothing needs to be measured again for this"
+        return "nothing needs to be measured again for this"
     if not findings:
-        return "Next: ski the slope again, faster or slower, or with a better receiver"
+        return "ski the slope again, faster or slower, or with a better receiver"
     unsure = (finding for finding in findings if finding.probability < thresholds.sure)
     known = (
         distinguishing_measurement(finding.name, other.name) for finding in unsure for other in finding.alternatives
     )
     measurement = next((measurement for measurement in known if measurement), None)
     if measurement is not None:
-        return f"Next: {measurement}"
+        return f"{measurement}"
     least = min(findings, key=lambda finding: finding.probability)
     if least.kind == "sensor":
-        return "Next: correct the instrument before the next run; the figures of this run take its fault into account"
+        return "correct the instrument before the next run; the figures of this run take its fault into account"
     there = "be there again" if BY_NAME[least.name].comes_again else "be gone"
-    return f"Next: ski the slope once more; {_cause(least.name)} would {there}"
-
-
-def _percent(probability: float) -> str:
-    """Return a percentage without a certainty that no search has."""
-    return "more than 99%" if probability > _CERTAIN else f"{probability:.0%}"
+    return f"ski the slope once more; {_cause(least.name)} would {there}"
 
 
 def _cause(name: str) -> str:

@@ -17,6 +17,8 @@ from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
 REJECTED: Final = "Turns that were not fitted are met worse with it, so the name is not sure"
 
 UNLIKE: Final = "No simulated run with a known cause looks like this recording, so do not rely on a name"
+_CERTAIN: Final = 0.99
+"""Probability above which no number is said: no search is so certain."""
 
 
 def sentence_of(
@@ -33,8 +35,8 @@ def sentence_of(
         friction = models[0].friction
         return (
             f"Nothing is missing: the track is met to {_metres(first.trajectory_error)} m, which is what the "
-            f"instruments' noise leaves. μ_t is {friction.mu_t:.3f} and μ_n {friction.mu_n:.2f}. Smaller effects "
-            f"would have gone unnoticed: {_list_smallest(last)}."
+            f"instruments' noise leaves. μ_t is {friction.mu_t:.3f} and μ_n {friction.mu_n:.2f}. Of effects "
+            f"of these sizes half would have been noticed: {_list_smallest(last)}."
         )
     clauses = [_clause(finding, models[1], last.fitted.thresholds) for finding in findings]
     if clauses:
@@ -44,7 +46,8 @@ def sentence_of(
             " Besides, ".join(clauses),
             f"With this the track is met to {_metres(final.trajectory_error)} m instead of "
             f"{_metres(first.trajectory_error)} m (turns not fitted: "
-            f"{_metres(final.held_out_error)} instead of {_metres(first.held_out_error)} m).",
+            f"{_metres(final.held_out_error)} instead of {_metres(first.held_out_error)} m), and μ_t is "
+            f"{models[1].friction.mu_t:.3f} instead of {models[0].friction.mu_t:.3f}.",
         ]
     if not near.adequate:
         clauses.append(
@@ -78,8 +81,15 @@ def _clause(finding: Finding, model: Model, thresholds: Thresholds) -> str:
     when = "" if where is None else f"between {where.t0_s:.1f} s and {where.t1_s:.1f} s "
     words = when + BY_NAME[finding.name].sentence(finding.parameters, model)
     if finding.probability < thresholds.sure and finding.alternatives:
-        words += f" ({finding.probability:.0%} probable; {list_alternatives(finding.name, finding.alternatives)})"
+        words += f" ({percent(finding.probability)} probable; {list_alternatives(finding.name, finding.alternatives)})"
+    else:
+        words += f" ({percent(finding.probability)} probable)"
     return f"{words}. {REJECTED}." if finding.evidence.is_rejected_by_turns else f"{words}."
+
+
+def percent(probability: float) -> str:
+    """Return a percentage without a certainty that no search has."""
+    return "more than 99%" if probability > _CERTAIN else f"{probability:.0%}"
 
 
 def list_alternatives(name: str, others: Sequence[Alternative]) -> str:

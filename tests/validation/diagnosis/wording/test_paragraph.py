@@ -60,7 +60,7 @@ def gust(probability: float, *others: tuple[str, float]) -> Finding:
 def test_nothing_missing_tells_what_would_not_have_been_noticed(model: Model) -> None:
     text = paragraph(model, "none")
     assert "Nothing was found: the simulated path is 0.30 m from the recorded one" in text
-    assert "unnoticed: a gust of 9 km/h, a stretch of slower or faster snow, as if the slope changed by 1.0°" in text
+    assert "ones fewer: a gust of 9 km/h, a stretch of slower or faster snow, as if the slope changed by 1.0°" in text
     assert "not ruled out: a gust of wind (22%)" in text
     assert text.endswith("Next: nothing needs to be measured again for this.")
 
@@ -73,7 +73,10 @@ def test_what_was_found_has_its_turns_time_size_and_probability(model: Model) ->
     )
     assert "This is 97% probable; not ruled out: a stretch of other snow (2%)" in text
     assert "predicted to 0.05 m instead of 0.40 m: that speaks for it" in text
-    assert "Anything smaller than these would have gone unnoticed: a stretch of slower or faster snow" in text
+    assert (
+        "Of effects of these sizes half would have been noticed, of smaller ones fewer: a stretch of slower or faster snow"
+        in text
+    )
     assert text.endswith("Next: ski the slope once more; a gust of wind would be gone.")
     assert "This is more than 99% probable" in paragraph(model, "explained", gust(0.9999))
     assert "that speaks against it" in paragraph(model, "explained", gust(0.97), after=0.5)
