@@ -51,7 +51,8 @@ def behind(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, Callable[..., Any]
             value = function(*places, **names)
             if not isinstance(value, Summary | Diagnosis):
                 return value
-            return SimpleNamespace(summary=value, diagnosis=value, folder=Path("res"))
+            summary = value if isinstance(value, Summary) else SUMMARY
+            return SimpleNamespace(summary=summary, diagnosis=value, folder=Path("res"))
 
         changed = [
             replace(command, call=called) if command.function.__name__ == name else command
@@ -233,7 +234,8 @@ def test_a_diagnosis_is_an_answer_a_sentence_or_its_file(
     behind("diagnose", lambda *_, **__: diagnosis)
     assert status(["diagnose", "rec", "--out", "res"]) == 0
     answer = capsys.readouterr().out
-    first, *tiles, page = answer.splitlines()
+    first, *tiles, trust, page = answer.splitlines()
+    assert trust.startswith("the run with this: ")
     assert first == "hill: none"
     names = [tile.partition(":")[0] for tile in tiles]
     assert names == ["where", "what", "how sure", "how much better", "friction", "what next"]

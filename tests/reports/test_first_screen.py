@@ -19,7 +19,7 @@ from sssi_exudyn.reports.diagnosis_tiles import lines_of_diagnosis, tiles_of_dia
 from sssi_exudyn.reports.report import ASSUMED, SECTIONS, render
 from sssi_exudyn.reports.section import Items, Section, Text
 from sssi_exudyn.results.stored import StoredRun
-from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis, Next
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis, Next, Number
 
 
 @pytest.fixture(scope="module")
