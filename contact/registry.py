@@ -8,7 +8,7 @@ from typing import Final
 
 from sssi_exudyn.contact.term import EdgeTerm, FootTerm, PointTerm, Term, formula
 from sssi_exudyn.contact.terms.air import AirDrag, PostureAir
-from sssi_exudyn.contact.terms.body_forces import PlantedPole, PolePlant, UnexplainedForce
+from sssi_exudyn.contact.terms.body_forces import PassingDrag, PlantedPole, PolePlant, UnexplainedForce
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.contact.terms.friction_corrections import (
@@ -52,6 +52,7 @@ TERMS: Final[tuple[type[Term], ...]] = (
     PolePlant,
     PlantedPole,
     UnexplainedForce,
+    PassingDrag,
     UnexplainedFriction,
     UnexplainedDrag,
     Carving,

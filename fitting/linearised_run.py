@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.balance import Balance, balance_of, own_moment
+from sssi_exudyn.fitting.changing_drag import responses_to_changing_drag
 from sssi_exudyn.fitting.observations import Observation, averages
 from sssi_exudyn.fitting.parameters import MASS, SURFACE, Parameter, group_of
 from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors, grown
@@ -38,7 +39,8 @@ _DIFFERENCE: Final = 1e-3
 class Setting:
     """What stays fixed in an estimate.
 
-    mass : kg, stated, and its standard deviation
+    mass : kg, stated, and its standard deviation;  changing_drag : m², standard deviation of a drag area that changes
+    within turns
     """
 
     motion: Motion
@@ -46,6 +48,7 @@ class Setting:
     unknowns: tuple[Parameter, ...]
     errors: tuple[PostureError, ...]
     mass: tuple[float, float]
+    changing_drag: float = 0.0
 
     @property
     def names(self) -> tuple[NumberRef, ...]:
@@ -147,10 +150,14 @@ class Point:
 
 @dataclass(frozen=True)
 class Responses:
-    """The measurements linearised about a point: by θ (N, k) and by η (N, m), and what η does to the posture."""
+    """The measurements linearised about a point: by θ (N, k) and by η (N, m), and what η does to the posture.
+
+    by_drag : (N, c) by independent parts of a changing drag area, each as large as usual; no run is corrected for them
+    """
 
     by_number: Array
     by_error: Array
+    by_drag: Array
     posture: PostureErrors
 
 
@@ -203,7 +210,10 @@ def linearise(setting: Setting, point: Point) -> Responses:
     by_number, by_error = np.split(columns, [len(setting.unknowns)], axis=1)
     by_error[seen.moments, :-1] += _own_moments(setting, model, posture, point)
     by_error[seen.moments, -1] = 0.0
-    return Responses(by_number, by_error, posture)
+    by_drag = np.zeros((len(by_error), 0))
+    if setting.changing_drag > 0.0:
+        by_drag = responses_to_changing_drag(model, prepared, _observation(setting, point), setting.changing_drag)
+    return Responses(by_number, by_error, by_drag, posture)
 
 
 def linearise_numbers(setting: Setting, point: Point, known: Responses) -> Responses:
@@ -220,16 +230,22 @@ def responses_to_numbers(
     setting: Setting, point: Point, unknowns: Sequence[Parameter], changes: Sequence[TableChange]
 ) -> Array:
     """Return the derivatives (N, k + changes) of the measurements by ``unknowns`` (k,) and changes of the posture."""
-
-    def observed(model: Model, run: ReducedRun) -> Array:
-        return setting.seen.predict(model, run, point.balance, point.prepared)
-
+    observed = _observation(setting, point)
     names = [name for unknown in unknowns for name in unknown.names]
     slopes = sensitivities(point.model, point.prepared, names, observed, changes)[1]
     counts = [*(len(unknown.names) for unknown in unknowns), *[1] * len(changes)]
     columns = np.asarray(np.add.reduceat(slopes, np.cumsum([0, *counts[:-1]]), axis=1))
     columns[:, : len(unknowns)] *= [unknown.slope(point.model) for unknown in unknowns]
     return columns
+
+
+def _observation(setting: Setting, point: Point) -> Callable[[Model, ReducedRun], Array]:
+    """Return what is measured (N,) of runs with the posture of a point."""
+
+    def observed(model: Model, run: ReducedRun) -> Array:
+        return setting.seen.predict(model, run, point.balance, point.prepared)
+
+    return observed
 
 
 def _own_moments(setting: Setting, model: Model, posture: PostureErrors, point: Point) -> Array:

@@ -71,19 +71,21 @@ ONSET: Final = {EPS: (0.1, 1.0), SLIP: (0.003, 1.0), SHARPNESS: (2.0, 0.2)}
 """Numbers of how friction builds up between rest and full slip: medians beforehand (m/s, 1 and 1) where the model
 states none, and standard deviations of their logarithms.  Published friction of skis does not resolve them.
 """
+_LIFT: Final = tuple(NumberRef.of(law, "c_l") for law in ("air", "posture_air"))
 FIRST_COMPLIANCE: Final = 5e-6
 """m/N at which a search for that of legs begins.  From softer ones the run of a skier whose legs hold ended in another
 minimum, where log evidence is lower by 8; legs of 25 kN/m are found from either.
 """
 MASS: Final = "skier's mass"
+DRAG: Final = "drag"
 SURFACE: Final = "snow surface"
 _GROUPS: Final = {
     "friction": "friction's own prior",
     "carving": "snow's own prior",
     "penetration": "snow's stiffness",
     "legs": "legs' give",
-    "air": "drag",
-    "posture_air": "drag",
+    "air": DRAG,
+    "posture_air": DRAG,
     "start": "start",
     "surface": SURFACE,
     BootCuff.name: "insoles",
@@ -136,8 +138,7 @@ class Parameter:
     def group(self) -> str:
         """Return where its uncertainty is counted."""
         special = {HEADING_OFFSET: "heading", CLOCK_OFFSET: "clock"} | dict.fromkeys(ONSET, "friction's onset")
-        if self.name.key == "c_l":
-            return "lift"
+        special |= dict.fromkeys(_LIFT, "lift")
         return special.get(self.name) or _GROUPS.get(self.name.owner, "what was found")
 
 

@@ -5,10 +5,11 @@ numbers θ that the laws and instruments know and by the errors η of posture an
 eliminated, as its priors are narrow and the measurements linear within them, and NLopt's SLSQP finds θ within its
 bounds:
 
-    J(θ) = ½ rᵀ C⁻¹ r + ½ Σ ((θ − θ₀)/s)²,   C = noise + N Nᵀ,   η = Nᵀ C⁻¹ r
+    J(θ) = ½ rᵀ C⁻¹ r + ½ Σ ((θ − θ₀)/s)²,   C = noise + N Nᵀ + D Dᵀ,   η = Nᵀ C⁻¹ r
 
-r measured less predicted, N the responses to η.  The posture is corrected by η, the model runs again, and a step that
-does not lessen the misfit is halved.  Rounds end where nothing moves any more.
+r measured less predicted, N the responses to η, D those to a drag area that changes within turns.  The posture is
+corrected by η, the model runs again, and a step that does not lessen the misfit is halved.  Rounds end where nothing
+moves any more.
 
 What is then not known of θ is a sum, θ̂ − θ = K (N η + e) + P Λ (θ₀ − θ) with K = P Xᵀ C⁻¹, so that every group has its
 part of the variance.
@@ -44,6 +45,7 @@ from sssi_exudyn.fitting.linearised_run import (
 )
 from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.optimise import Optimum, minimise
+from sssi_exudyn.fitting.parameters import DRAG
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.runtime.threads import both
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
@@ -157,7 +159,7 @@ class Posterior:
 
     @property
     def linear(self) -> LinearProblem:
-        """The run linearised about the estimate, θ first, then η, then where heights count from."""
+        """The run linearised about the estimate: θ first, then η, the changing drag, and where heights count from."""
         return _linear(self.setting, self, self.responses)
 
     @property
@@ -328,12 +330,13 @@ def _description(model: Model) -> str:
 class _Whitened:
     """A linearised point in units of noise.
 
-    residual : (N,) were η zero;  numbers, errors : (N, k), (N, m)
+    residual : (N,) were η zero;  numbers, errors, drag : (N, k), (N, m), (N, c)
     """
 
     residual: Array
     numbers: Array
     errors: Array
+    drag: Array
 
     def held(self, by_number: Array, by_error: float, sizes: Array) -> _Whitened:
         """Return the rows and further ones that hold θ, weighed (k,), and η where they are."""
@@ -342,14 +345,15 @@ class _Whitened:
             np.concatenate([self.residual, np.zeros(k), by_error * sizes]),
             np.vstack([self.numbers, np.diag(by_number), np.zeros((m, k))]),
             np.vstack([self.errors, np.zeros((k, m)), by_error * np.eye(m)]),
+            np.vstack([self.drag, np.zeros((k + m, self.drag.shape[1]))]),
         )
 
 
 def _whiten(setting: Setting, point: Point | Posterior, responses: Responses, levels: NoiseLevels) -> _Whitened:
     residual = setting.seen.measured - point.predicted + responses.by_error @ point.sizes
-    table = setting.seen.whiten(levels, np.column_stack([residual, responses.by_number, responses.by_error]))
-    k = len(setting.unknowns)
-    return _Whitened(table[:, 0], table[:, 1 : 1 + k], table[:, 1 + k :])
+    parts = [responses.by_number, responses.by_error, responses.by_drag]
+    table = setting.seen.whiten(levels, np.column_stack([residual, *parts]))
+    return _Whitened(table[:, 0], *np.split(table[:, 1:], np.cumsum([part.shape[1] for part in parts[:-1]]), axis=1))
 
 
 def draw_numbers(found: Posterior, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
@@ -363,10 +367,10 @@ def draw_numbers(found: Posterior, count: int, rng: np.random.Generator) -> tupl
 
 
 def _linear(setting: Setting, point: Point | Posterior, responses: Responses) -> LinearProblem:
-    """Return a run linearised about a point in θ, η and where heights count from."""
+    """Return a run linearised about a point in θ, η, the changing drag and where heights count from."""
     seen = setting.seen
     ahead = responses.by_error @ point.sizes + responses.by_number @ (setting.values(point.model) - setting.means)
-    columns = np.column_stack([responses.by_number, responses.by_error, seen.height_origin])
+    columns = np.column_stack([responses.by_number, responses.by_error, responses.by_drag, seen.height_origin])
     scales = np.ones(columns.shape[1])
     scales[: len(setting.sigmas)] = setting.sigmas
     return LinearProblem(seen, seen.measured - point.predicted + ahead, Freedom(columns, scales))
@@ -397,11 +401,12 @@ def solve(setting: Setting, point: Point, responses: Responses, levels: NoiseLev
     white = _whiten(setting, point, responses, levels)
     if damping > 0.0:
         white = white.held(np.sqrt(damping) / setting.sigmas, np.sqrt(damping), point.sizes)
-    factor = precision(white.errors)
+    integrated = np.column_stack([white.errors, white.drag])
+    factor = precision(integrated)
 
     def without_errors(columns: Array) -> Array:
         """Return C⁻¹ times the columns."""
-        return np.asarray(columns - white.errors @ cho_solve(factor, white.errors.T @ columns))
+        return np.asarray(columns - integrated @ cho_solve(factor, integrated.T @ columns))
 
     weighted = without_errors(white.numbers)
     by_measurements = white.numbers.T @ weighted
@@ -422,20 +427,22 @@ def solve(setting: Setting, point: Point, responses: Responses, levels: NoiseLev
     return Solution(
         optimum,
         step,
-        np.asarray(cho_solve(factor, white.errors.T @ (white.residual - white.numbers @ step))),
+        np.asarray(cho_solve(factor, integrated.T @ (white.residual - white.numbers @ step))[: white.errors.shape[1]]),
         covariance,
-        _shares(setting, covariance, weighted, white.errors),
+        _shares(setting, covariance, weighted, integrated),
     )
 
 
-def _shares(setting: Setting, covariance: Array, weighted: Array, errors: Array) -> dict[str, Array]:
+def _shares(setting: Setting, covariance: Array, weighted: Array, integrated: Array) -> dict[str, Array]:
     """Return standard deviations of θ (k,) by the group that they come from."""
     gain = covariance @ weighted.T  # K
     variances: dict[str, Array] = {MEASUREMENTS: np.sum(gain**2, axis=1)}
-    of_errors = (gain @ errors) ** 2
+    of_integrated = (gain @ integrated) ** 2
+    of_errors = setting.groups()
+    of_errors += [DRAG] * (integrated.shape[1] - len(of_errors))
     of_priors = covariance**2 / setting.sigmas**2
     own = [unknown.group for unknown in setting.unknowns]
-    for groups, parts in ((setting.groups(), of_errors), (own, of_priors)):
+    for groups, parts in ((of_errors, of_integrated), (own, of_priors)):
         for i, group in enumerate(groups):
             variances[group] = variances.get(group, np.zeros(len(gain))) + parts[:, i]
     return {group: np.sqrt(variance) for group, variance in variances.items()}
@@ -448,7 +455,8 @@ def _step(
     or the best of steps that are damped more and more (Levenberg and Marquardt).
     """
     before = setting.values(point.model)
-    first = _misfit(setting, levels, before, point.sizes, point.predicted)
+    drag = setting.seen.whiten(levels, responses.by_drag)
+    first = _misfit(setting, levels, before, point.sizes, point.predicted, drag)
     promised = first - solution.optimum.objective
     best, least = point, first
     for damping in _DAMPINGS:
@@ -459,7 +467,7 @@ def _step(
             trial = moved_point(setting, point, responses, values, solution.sizes)
         except SimulationDiverged:
             continue
-        misfit = _misfit(setting, levels, values, solution.sizes, trial.predicted)
+        misfit = _misfit(setting, levels, values, solution.sizes, trial.predicted, drag)
         if misfit < least:
             best, least = trial, misfit
         elif best is not point:
@@ -469,8 +477,12 @@ def _step(
     return best, least, first - least > _KEPT * promised
 
 
-def _misfit(setting: Setting, levels: NoiseLevels, values: Array, sizes: Array, predicted: Array) -> float:
-    """Return half of χ², of the measurements and of what was known beforehand."""
+def _misfit(setting: Setting, levels: NoiseLevels, values: Array, sizes: Array, predicted: Array, drag: Array) -> float:
+    """Return half of χ², of the measurements and of what was known beforehand; the changing ``drag``, whose responses
+    (N, c) are in units of noise, is as it fits best.
+    """
     residual = setting.seen.whiten(levels, (setting.seen.measured - predicted)[:, None])[:, 0]
+    by_drag = drag.T @ residual
+    explained = float(by_drag @ cho_solve(precision(drag), by_drag))
     prior = (values - setting.means) / setting.sigmas
-    return 0.5 * float(residual @ residual + prior @ prior + sizes @ sizes)
+    return 0.5 * float(residual @ residual - explained + prior @ prior + sizes @ sizes)

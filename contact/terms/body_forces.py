@@ -7,6 +7,7 @@ from typing import ClassVar, Final
 
 from sssi_exudyn.contact.maths import Math, Vector
 from sssi_exudyn.contact.term import BodyState, BodyTerm
+from sssi_exudyn.contact.terms.air import STILL, AirDrag
 from sssi_exudyn.contact.terms.shapes import bell, swell, window
 from sssi_exudyn.core.quantity import quantity
 
@@ -108,3 +109,27 @@ class UnexplainedForce(BodyTerm):
     def force(self, math: Math, state: BodyState) -> Vector:
         share = window(math, state.t, self.t0, self.t1, self.rise)
         return self.force_f * share, self.force_l * share, self.force_n * share
+
+
+@dataclass(frozen=True)
+class PassingDrag(BodyTerm):
+    """More drag area for a while in still air, as of a skier who rises.
+
+    Formula: F = −½·rho·area·|v|·v·½(tanh((t − t0)/rise) − tanh((t − t1)/rise))   with the air's default rho
+    """
+
+    name: ClassVar[str] = "passing_drag"
+    sources: ClassVar[tuple[str, ...]] = (
+        "drag areas of skiers from 0.15 m² (tuck) to 0.6 m² (upright): Barelle et al., Sports Eng. 7 (2004) 107",
+    )
+
+    area: float = quantity(0.0, "m^2", low=-0.5, high=1.0, source="range of drag areas", meaning="more drag area")
+    t0: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it comes")
+    t1: float = quantity(2.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it goes")
+    rise: float = quantity(0.05, "s", low=0.01, high=2.0, source="chosen", meaning="time it takes to come and to go")
+
+    def force(self, math: Math, state: BodyState) -> Vector:
+        v_f, v_l, v_n = state.velocity
+        speed = math.sqrt(v_f * v_f + v_l * v_l + v_n * v_n + STILL * STILL)
+        drag = -0.5 * AirDrag().rho * self.area * speed * window(math, state.t, self.t0, self.t1, self.rise)
+        return drag * v_f, drag * v_l, drag * v_n

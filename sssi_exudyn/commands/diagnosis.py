@@ -13,7 +13,16 @@ import numpy as np
 
 from sssi_exudyn.commands.expected import expected_seconds
 from sssi_exudyn.commands.recordings import SILENT, read_folder
-from sssi_exudyn.commands.runs import CACHE, Made, Outcome, cache_in, chosen_seconds, lock_of, write_outcome
+from sssi_exudyn.commands.runs import (
+    CACHE,
+    Made,
+    Outcome,
+    cache_in,
+    check_own,
+    chosen_seconds,
+    lock_of,
+    write_outcome,
+)
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.new_files import check_no_link
 from sssi_exudyn.io.typed import convert, read_json
@@ -147,6 +156,7 @@ def search_into(
     """Diagnose into ``out``, where the cache stays; return the run of the extended model, and the answer."""
     with lock_of(out):
         recording, motion = read_folder(source, progress, seconds)
+        check_own(out, recording)
         if recording.gps is None:
             raise InputError(
                 recording.folder / FILE, "[gps]", "there is no GPS to hold the simulation against", "add it"

@@ -129,6 +129,12 @@ def log_divisors(time: Array, noise: ExponentialNoise) -> float:
     return len(time) * float(np.log(noise.sigma)) + 0.5 * float(np.sum(np.log(-np.expm1(-2.0 * decay))))
 
 
+def parts_in_cells(edges: Array, noise: ExponentialNoise) -> Array:
+    """Return (c, c) independent parts of a process in the cells between ``edges`` (c + 1,) s: a column each."""
+    middles, alike = 0.5 * (edges[1:] + edges[:-1]), np.ones(len(edges) - 1)
+    return np.asarray(np.linalg.cholesky(uneven_covariance(middles, noise, Scale(alike, alike))))
+
+
 def uneven_covariance(time: Array, noise: ExponentialNoise, scale: Scale) -> Array:
     """Return the covariance (n, n) of noise that is ``scale`` times larger at some samples at ``time`` (n,) s.
 

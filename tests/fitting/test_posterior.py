@@ -117,9 +117,8 @@ def test_covariance_is_that_of_all_numbers_and_errors_together() -> None:
     setting = replace(setting, seen=replace(setting.seen, measured=near))
     solution = module.solve(setting, point, responses, levels)
     k = len(setting.unknowns)
-    table = setting.seen.whiten(
-        levels, np.column_stack([setting.seen.measured - point.predicted, responses.by_number, responses.by_error])
-    )
+    parts = [responses.by_number, responses.by_error, responses.by_drag]
+    table = setting.seen.whiten(levels, np.column_stack([setting.seen.measured - point.predicted, *parts]))
     columns = table[:, 1:]
     prior = np.concatenate([setting.sigmas**-2.0, np.ones(columns.shape[1] - k)])
     precision = columns.T @ columns + np.diag(prior)

@@ -10,8 +10,9 @@ import numpy as np
 
 from sssi_exudyn.core.advance import Advance, part_of, silent
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise, Scale, uneven_covariance
+from sssi_exudyn.core.noise import ExponentialNoise, parts_in_cells
 from sssi_exudyn.core.number_ref import CLOCK_OFFSET, STIFFNESS, NumberRef
+from sssi_exudyn.fitting.changing_drag import responses_to_changing_drag
 from sssi_exudyn.fitting.evidence import Freedom, fewer_columns
 from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.noise import HEIGHT_ORIGIN
@@ -53,8 +54,6 @@ STEP: Final = 0.01
 """s; steps of the reduced model.  They move a run's path by a centimetre against short ones, evenly for all
 explanations; what the full model predicts beyond is added to every prediction.
 """
-_RISES: Final = 1.0
-"""s in which a skier who rises and crouches in his turns has another drag area."""
 
 
 @dataclass(frozen=True)
@@ -239,44 +238,27 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, sought: 
     by_instrument = responses_of(probes, prepared, measurements)
     cuff = by_instrument[:, list(instruments).index(NumberRef.of(BootCuff.name, "share"))]
     latent = responses_of(LATENT_FORCE.probes(fitted), prepared, measurements)
-    of_drag = _changing_drag(fitted, latent, stated.value(NumberRef.of(drag_coefficient(stated).owner, "rho")))
+    by_drag = np.zeros((size, 0))
+    if about.drag_area_wander > 0.0:
+        by_drag = responses_to_changing_drag(model, prepared, measurements.predict, about.drag_area_wander)
     usual_cuff = 0.0 if any(isinstance(sensor, BootCuff) for sensor in stated.sensors) else USUAL_CUFF
     scales = [HEIGHT_ORIGIN, *numbers.values(), about.mass, *instruments.values()]
-    scales += [about.drag_area_wander] * of_drag.shape[1]
+    scales += [1.0] * by_drag.shape[1]
     force = _null_force(fitted, latent)
-    free = Freedom(np.column_stack([height, by_number, by_mass, by_instrument, of_drag]), np.array(scales))
+    free = Freedom(np.column_stack([height, by_number, by_mass, by_instrument, by_drag]), np.array(scales))
     mean = usual_cuff * cuff - by_number @ moved - by_error @ sizes[:-1] - about.mass * sizes[-1] * by_mass[:, 0]
     return Nuisances(free, fewer_columns(measurements, by_error), by_wave, force, np.asarray(mean))
 
 
-def _changing_drag(fitted: FittedRun, latent: Array, density: float) -> Array:
-    """Return (N, c) what a drag area of a square metre does that comes and goes, its parts independent.
-
-    latent : (N, 3·c) responses to a newton down the fall line, to the left and away from the snow in each cell
-    density : kg/m³ of the air
-    """
-    edges, run = fitted.time_edges, fitted.run
-    middles = 0.5 * (edges[1:] + edges[:-1])
-    velocity = np.stack([np.interp(middles, run.time, run.com_velocity[:, axis]) for axis in range(3)])
-    force = -0.5 * density * np.linalg.norm(velocity, axis=0) * velocity
-    by_area = np.sum(latent.reshape(len(latent), 3, -1) * force, axis=1)
-    return np.asarray(by_area @ _independent(fitted, ExponentialNoise(1.0, _RISES)))
-
-
-def _independent(fitted: FittedRun, noise: ExponentialNoise) -> Array:
-    """Return (c, c) independent parts of a process in the run's cells."""
-    edges = fitted.time_edges
-    alike = np.ones(len(edges) - 1)
-    return np.asarray(np.linalg.cholesky(uneven_covariance(0.5 * (edges[1:] + edges[:-1]), noise, Scale(alike, alike))))
-
-
 def _null_force(fitted: FittedRun, latent: Array) -> Array:
     """Return (N, k) what the force that every explanation has does to the measurements, each column for a usual one;
-    k is 0 where explanations have none.  ``latent`` are the responses as in ``_changing_drag``.
+    k is 0 where explanations have none.
+
+    latent : (N, 3·c) responses to a newton down the fall line, to the left and away from the snow in each cell
     """
     usual = fitted.measurements.usual.null_force
     if usual is None:
         return np.zeros((len(fitted.prediction), 0))
-    one = _independent(fitted, ExponentialNoise(usual.size, usual.memory))
+    one = parts_in_cells(fitted.time_edges, ExponentialNoise(usual.size, usual.memory))
     lower = np.kron(np.eye(len(LATENT_FORCE.keys)), one)
     return fewer_columns(fitted.measurements, latent @ lower)
