@@ -178,6 +178,15 @@ def drag_coefficient(model: Model) -> NumberRef:
     return NumberRef.of(_air_law(model), "c_d")
 
 
+def known_to_a_share(stated: Model, about: Uncertainty) -> dict[NumberRef, Prior]:
+    """Return the numbers that are known to a share of what is stated, with their priors: the snow's stiffness, where no
+    edge cuts, and drag.
+    """
+    snow = {} if is_carved(stated.terms) else {STIFFNESS: about.snow_stiffness}
+    shares = {**snow, drag_coefficient(stated): about.drag}
+    return {name: Prior(stated.value(name), share * stated.value(name)) for name, share in shares.items()}
+
+
 def lift_number(model: Model, about: Uncertainty) -> dict[NumberRef, float]:
     """Return the lift coefficient, with its standard deviation beforehand."""
     frontal = sum(FrontalAreas().of_height(model.skier.height).values())
@@ -204,11 +213,7 @@ def unknown_numbers(stated: Model, priors: Mapping[NumberRef, Prior], recording:
     """
     about = recording.uncertainty
     beforehand = {**snow_beforehand(stated), **started_anywhere(priors)}
-    shares = {STIFFNESS: about.snow_stiffness, drag_coefficient(stated): about.drag}
-    if is_carved(stated.terms):
-        del shares[STIFFNESS]
-    for name, share in shares.items():
-        beforehand[name] = Prior(stated.value(name), share * stated.value(name))
+    beforehand |= known_to_a_share(stated, about)
     beforehand[CLOCK_OFFSET] = Prior(stated.value(CLOCK_OFFSET), about.clock)
     known = lift_number(stated, about) | antenna_numbers(about)
     beforehand |= {name: Prior(stated.value(name), sigma) for name, sigma in known.items()}

@@ -71,7 +71,7 @@ class Uncertainty:
     drag_area_wander: float = quantity(
         0.02, "m^2", low=0.0, high=0.3,
         source="chosen: a twentieth of what lies between a tuck and upright, 0.15 to 0.6 m² (Barelle et al. 2004)",
-        meaning="drag area that changes within a turn, as a skier rises and crouches; a diagnosis counts it",
+        meaning="drag area that changes within a turn, as a skier rises and crouches",
     )  # fmt: skip
     snow_stiffness: float = quantity(
         0.3, "1", low=0.0, high=2.0, source="snow differs by more", meaning="share of the penetration's stiffness"

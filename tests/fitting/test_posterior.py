@@ -132,7 +132,7 @@ def test_covariance_is_that_of_all_numbers_and_errors_together() -> None:
     )
     free = np.abs(solution.step - whole[:k]) / scale  # where no bound is met
     assert free.max() < 0.05
-    np.testing.assert_allclose(solution.sizes, whole[k:], atol=0.05)
+    np.testing.assert_allclose(solution.sizes, whole[k : k + len(solution.sizes)], atol=0.05)
 
 
 def test_a_damped_step_is_that_of_a_problem_held_where_it_is() -> None:
@@ -143,14 +143,16 @@ def test_a_damped_step_is_that_of_a_problem_held_where_it_is() -> None:
     solution = module.solve(setting, point, responses, levels, damping)
     k = len(setting.unknowns)
     residual = setting.seen.measured - point.predicted + responses.by_error @ point.sizes
-    table = setting.seen.whiten(levels, np.column_stack([residual, responses.by_number, responses.by_error]))
-    columns = table[:, 1:]
+    parts = [responses.by_number, responses.by_error, responses.by_drag]
+    table = setting.seen.whiten(levels, np.column_stack([residual, *parts]))
+    columns, drag = table[:, 1:], np.zeros(responses.by_drag.shape[1])  # it is held by nothing but its own prior
     prior = np.concatenate([setting.sigmas**-2.0, np.ones(columns.shape[1] - k)])
-    pulls = np.concatenate([(setting.means - setting.values(point.model)) * prior[:k], damping * point.sizes])
-    whole = np.linalg.solve(columns.T @ columns + (1.0 + damping) * np.diag(prior), columns.T @ table[:, 0] + pulls)
+    held = damping * np.concatenate([prior[: len(prior) - len(drag)], drag])
+    pulls = np.concatenate([(setting.means - setting.values(point.model)) * prior[:k], damping * point.sizes, drag])
+    whole = np.linalg.solve(columns.T @ columns + np.diag(prior + held), columns.T @ table[:, 0] + pulls)
     # where no bound is met; the search over θ ends within a hundredth of what is known beforehand
     np.testing.assert_allclose(solution.step / setting.sigmas, whole[:k] / setting.sigmas, atol=0.01)
-    np.testing.assert_allclose(solution.sizes, whole[k:], atol=0.01)
+    np.testing.assert_allclose(solution.sizes, whole[k : k + len(solution.sizes)], atol=0.01)
     free = module.solve(setting, point, responses, levels)
     assert np.linalg.norm(solution.sizes - point.sizes) < np.linalg.norm(free.sizes - point.sizes)
 

@@ -16,7 +16,7 @@ from sssi_exudyn.fitting.changing_drag import responses_to_changing_drag
 from sssi_exudyn.fitting.evidence import Freedom, fewer_columns
 from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.noise import HEIGHT_ORIGIN
-from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
+from sssi_exudyn.fitting.objective import Problem, counts_of
 from sssi_exudyn.fitting.observations import Measurements, measurements_of
 from sssi_exudyn.fitting.parameters import (
     FREE,
@@ -25,6 +25,7 @@ from sssi_exudyn.fitting.parameters import (
     antenna_numbers,
     drag_coefficient,
     insole_numbers,
+    known_to_a_share,
     law_unknowns,
     lift_number,
     posture_errors,
@@ -138,7 +139,7 @@ def diagnosis_problem(
     model = fitting.model
     known = {name: prior for name, prior in fitting.priors.items() if name.part != "surface"}
     drag = drag_coefficient(model)
-    of_drag = Prior(model.value(drag), recording.uncertainty.drag * model.value(drag))
+    of_drag = known_to_a_share(model, recording.uncertainty)[drag]
     # fitted and not linear, since a wind pushes in proportion to it: where nothing was said to be missing next to a
     # gust of 15 m/s the drag came out as a sixth, and about that the gust that fits had 33 m/s
     priors = {**FREE, **started_anywhere(known), **({drag: of_drag} if of_drag.sigma > 0.0 else {})}
@@ -217,7 +218,7 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, sought: 
     stated = problem.model
     numbers = {
         CLOCK_OFFSET: about.clock,
-        STIFFNESS: about.snow_stiffness * stated.value(STIFFNESS),
+        STIFFNESS: known_to_a_share(stated, about)[STIFFNESS].sigma,
         **lift_number(stated, about),
     }
     moved = [0.0 if name in sought else model.value(name) - stated.value(name) for name in numbers]

@@ -42,6 +42,7 @@ from sssi_exudyn.validation.diagnosis.diagnosis_data import (
     Weighed,
 )
 from sssi_exudyn.validation.diagnosis.search.missing_force import DIRECTIONS
+from sssi_exudyn.validation.diagnosis.wording.sentence import percent
 
 _COLOURS = (plots.SIMULATED, plots.MEASURED, plots.OTHER)
 Row = tuple[str, str, str]
@@ -102,7 +103,9 @@ def diagnosis_blocks(diagnosis: Diagnosis) -> tuple[Block, ...]:
             )
             blocks.append(Drawing(caption, lambda axes: _draw_slope(axes, path, before), 3.6))
     for finding in diagnosis.findings:
-        blocks += [Heading(f"{finding.name.replace('_', ' ')} ({finding.probability:.0%})"), Facts(_finding(finding))]
+        fixes = 0 if diagnosis.track_distance is None else len(diagnosis.track_distance.time_s)
+        title = f"{finding.name.replace('_', ' ')} ({percent(finding.probability)})"
+        blocks += [Heading(title), Facts(_finding(finding, fixes))]
     if diagnosis.next:
         blocks += [Heading("What to measure next"), Facts(_next(diagnosis.next))]
     if diagnosis.friction_averaged is not None:
@@ -164,7 +167,8 @@ def _distance_caption(diagnosis: Diagnosis) -> str:
     )
 
 
-def _finding(finding: Finding) -> list[Row]:
+def _finding(finding: Finding, fixes: int) -> list[Row]:
+    """Return the numbers of a finding and the evidence for it; ``fixes`` is how many were met."""
     evidence = finding.evidence
     rows: list[Row] = [
         (n.meaning or name, in_reading_units(n.value, n.unit), f"90 % interval {_ends(n)} ({name})")
@@ -179,10 +183,13 @@ def _finding(finding: Finding) -> list[Row]:
         rows.append(("the same, placebos (m)", f"{placebos.median:.3f}", meaning))
     rows.append(_change("χ² per degree of freedom", evidence.chi2_per_dof, ".2f", "; 1 is noise"))
     if evidence.residual_memory is not None:
-        rows.append(_change("autocorrelation of the residual", evidence.residual_memory, "+.2f", "; 0 is noise"))
+        noise = "; 0 is noise" + (f", up to ±{2.0 / np.sqrt(fixes):.2f} by chance" if fixes else "")
+        rows.append(_change("autocorrelation of the residual", evidence.residual_memory, "+.2f", noise))
     if evidence.force_explained is not None:
         share = f"{100.0 * evidence.force_explained:.0f} %"
-        rows.append(("missing force explained", share, "share of the integral of its square"))
+        rows.append(
+            ("missing force explained", share, "share of the integral of its square, about the estimate with it")
+        )
     if finding.where is not None:
         where = finding.where
         path = f"{where.distance_m[0]:.1f} m to {where.distance_m[1]:.1f} m of the path"
