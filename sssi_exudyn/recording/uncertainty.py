@@ -64,8 +64,8 @@ class Uncertainty:
         source="ten skiers differ by 14 % upright and by 13 % in a tuck: Appl. Sci. 12 (2022) 902",
     )
     lift_area: float = quantity(
-        0.1, "m^2", low=0.0, high=1.0,
-        source="0.08 to 0.21 m² of two skiers: Watanabe and Ohtsuki, Ergonomics 20 (1977)",
+        0.15, "m^2", low=0.0, high=1.0,
+        source="root mean square of 0.08 to 0.21 m², of two skiers: Watanabe and Ohtsuki, Ergonomics 20 (1977)",
         meaning="lift area of the skier",
     )  # fmt: skip
     drag_area_wander: float = quantity(
