@@ -138,7 +138,7 @@ class Parameter:
     def group(self) -> str:
         """Return where its uncertainty is counted."""
         special = {HEADING_OFFSET: "heading", CLOCK_OFFSET: "clock"} | dict.fromkeys(ONSET, "friction's onset")
-        special |= dict.fromkeys(_LIFT, "lift")
+        special |= dict.fromkeys(_LIFT, "lift of the air")
         return special.get(self.name) or _GROUPS.get(self.name.owner, "what was found")
 
 

@@ -30,7 +30,8 @@ def draw_run(model: Model, setting: Setting, rng: np.random.Generator) -> DrawnR
     """Draw measurements, with noise of the usual size, of a run of the reduced model with errors.
 
     The run's numbers, mass and posture differ from the model's by errors drawn from the priors, numbers within their
-    bounds.  Friction, place and velocity at the start are the model's: their priors are so wide that they say nothing.
+    bounds; a changing drag area acts linearly.  Friction, place and velocity at the start are the model's: their priors
+    are so wide that they say nothing.
     """
     point, responses = linearise_at(model, setting)
     values = setting.values(model)
@@ -44,4 +45,5 @@ def draw_run(model: Model, setting: Setting, rng: np.random.Generator) -> DrawnR
     for block, rows in seen.blocks.items():
         if rows.stop > rows.start:
             measured[rows] += draw_uneven_noise(rng, seen.times[block], seen.usual.of(block), seen.scale[rows])
+    measured += responses.by_drag @ rng.standard_normal(responses.by_drag.shape[1])
     return DrawnRun(replace(setting, seen=replace(seen, measured=measured)), values, sizes)

@@ -100,7 +100,7 @@ def test_a_parameter_is_found_where_the_kernels_have_it() -> None:
     assert [values[parameter_index(terms, term, "f1")] for term in (patch, last)] == [3.0, 4.0]
     assert [values[i] for i in place_parameters(terms, "foot")] == [0.2, 1.0, 3.0, 0.5, 0.0, 0.1, 2.5, 4.0, 0.5, 0.0]
     # the air's first, then the wind's, which is no class of the registry
-    assert [values[i] for i in place_parameters(terms, "segment")] == [0.9, 1.05, 0.0, 2.0, 0.0]
+    assert [values[i] for i in place_parameters(terms, "segment")] == [0.9, 1.05, 0.0, 0.0, 2.0, 0.0]
 
 
 @dataclass(frozen=True)

@@ -58,10 +58,10 @@ class Lopsided(AnisotropicFriction):
         return along * (2.0 + math.sin(state.edge)), across
 
 
-class Flat(AirDrag):
+class Slanted(AirDrag):
     def force(self, math: Math, state: SegmentState) -> Vector:
         f, l, n = super().force(math, state)  # noqa: E741
-        return f, l, 0.5 * n
+        return f, 0.5 * l, n
 
 
 class Cornered(AirDrag):
@@ -80,7 +80,7 @@ class Cornered(AirDrag):
         (conformance.force_is_in_proportion_to_length, PerPoint, AssertionError),
         (conformance.takes_energy_only, Driving, AssertionError),
         (conformance.mirrored_ski_mirrored_force, Lopsided, AssertionError),
-        (conformance.turned_world_turned_force, Flat, AssertionError),
+        (conformance.turned_world_turned_force, Slanted, AssertionError),
         pytest.param(conformance.compiled_derivatives_are_right, Cornered, AssertionError, marks=pytest.mark.long),
     ],
     ids=lambda value: getattr(value, "__name__", ""),

@@ -23,10 +23,14 @@ def bundled(name: str) -> tuple[Recording, Motion]:
 
 
 def steady(recording: Recording) -> Recording:
-    """Return the recording as by a suit whose errors do not wander: a dozen errors of the posture to be estimated
-    instead of ten dozen, for tests that are not about the posture.
+    """Return the recording as by a suit whose errors do not wander, of a skier without lift and with a drag area that
+    does not change: a dozen errors of the posture to be estimated instead of ten dozen, for tests that are not about
+    posture and air.
     """
-    wander = ("foot_wander", "foot_yaw_fast", "foot_place_wander", "foot_height_wander", "trunk_wander")
+    wander = (
+        "foot_wander", "foot_yaw_fast", "foot_place_wander", "foot_height_wander", "trunk_wander",
+        "lift_area", "drag_area_wander",
+    )  # fmt: skip
     return replace(recording, uncertainty=replace(recording.uncertainty, **dict.fromkeys(wander, 0.0)))
 
 

@@ -48,6 +48,7 @@ STEPS = {"m": 1e-6, "m/s": 1e-6, "rad": 1e-7}
 steps a hundred times as long some point yields in every second instant."""
 WEAK = {
     "air.c_d": 4e-6,
+    "air.c_l": 1e-4,
     "carving.density": 3e-2,
     "carving.yield_offset": 2e-9,
     "unexplained_force.t0": 1e-5,

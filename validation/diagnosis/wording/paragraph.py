@@ -170,10 +170,13 @@ def what_next(
     least = min(findings, key=lambda finding: finding.probability)
     if least.kind == "sensor":
         return "correct the instrument before the next run; the figures of this run take its fault into account"
-    there = "be there again" if BY_NAME[least.name].comes_again else "be gone"
+    comes_again = least.name not in BY_NAME or BY_NAME[least.name].comes_again
+    there = "be there again" if comes_again else "be gone"
     return f"ski the slope once more; {_cause(least.name)} would {there}"
 
 
 def _cause(name: str) -> str:
-    """Return a cause as a reader knows it."""
-    return "that nothing is missing" if name == NOTHING_MISSING else BY_NAME[name].caption
+    """Return a cause as a reader knows it; one of a plug-in that is not loaded has its name alone."""
+    if name == NOTHING_MISSING:
+        return "that nothing is missing"
+    return BY_NAME[name].caption if name in BY_NAME else name.replace("_", " ")

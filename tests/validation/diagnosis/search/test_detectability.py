@@ -25,11 +25,11 @@ def test_an_effect_of_the_smallest_size_is_found_as_often_as_not(monkeypatch: py
         given.measurements.scale.total[:, None] * rng.normal(size=(len(given.residual), 1)), np.array([0.2])
     )
     hypothesis = BY_NAME["gust"]
-    monkeypatch.setattr(Model, "about", lambda _self, _name: type("About", (), {"unit": "m/s"}))
+    monkeypatch.setattr(Model, "about", lambda _self, _name: type("About", (), {"unit": "m/s", "meaning": "gust"}))
     candidate = Candidate(Model.__new__(Model), freedom, ((NumberRef("gust.w_f"),),))
     information, _ = overlaps(given, LEVELS, uncertain(given, LEVELS), [freedom])
     smallest = smallest_noticed(hypothesis, [candidate], information, HYPOTHESES)
-    assert (smallest.number, smallest.unit) == ("w_f", "m/s")
+    assert (smallest.number, smallest.unit, smallest.meaning) == ("w_f", "m/s", "gust")
     shown = replace(given, residual=freedom.columns[:, 0] * smallest.value)
     known = overlaps(shown, LEVELS, uncertain(shown, LEVELS), [freedom])
     share = (1.0 - THRESHOLDS.nothing) * hypothesis.weight / sum(other.weight for other in HYPOTHESES)
