@@ -13,7 +13,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import LinearModel
+from sssi_exudyn.fitting.linear_fit import Refit
+from sssi_exudyn.fitting.parameters import drag_coefficient
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun
@@ -45,7 +48,8 @@ def weigh_finding(
     problem, state = about.problem, about.state
     fitted = fitted_run(problem, state, about.fit) if following is None else following.fitted
     responses = responses_by_name(problem, fitted) if following is None else following.responses
-    linear = linear_without(problem, state, about.fit, finding.candidate)
+    fit = _fit_without(latest, finding, about.fit, drag_coefficient(problem.model))
+    linear = linear_without(problem, state, fit, finding.candidate)
     without = _responses_without(latest, finding, responses)
     weighed = weigh_by_both(latest, _judge(problem, state, linear, fitted, without, finding.name))
     return weighed, next(explanation for explanation in weighed.refitted if explanation.name in estimates)
@@ -100,6 +104,21 @@ def _judge(
     waves = 0.0 if problem.ground is None else problem.ground.amplitude * state.levels.surface
     geometry = geometry_of(linear, state.levels, fitted, problem.hypotheses, responses, waves)
     return judge(train(geometry, problem.thresholds, problem.hypotheses), geometry, about)
+
+
+def _fit_without(searched: Round, explanation: Refitted, fit: Refit, drag: NumberRef) -> Refit:
+    """Return the ``fit`` with the response to the drag coefficient as if a finding of a round did not act.
+
+    As ``_responses_without``: about a gust, more drag does what the gust does, and nothing else would be missing.
+    """
+    before = {parameter.name: i for i, parameter in enumerate(searched.base.parameters)}
+    if not explanation.hypothesis.through_air or drag not in before:
+        return fit
+    sensitivity = fit.sensitivity.copy()
+    for i, parameter in enumerate(fit.parameters):
+        if parameter.name == drag:
+            sensitivity[:, i] = searched.base.sensitivity[:, before[drag]]
+    return replace(fit, sensitivity=sensitivity)
 
 
 def _responses_without(searched: Round, explanation: Refitted, responses: Mapping[str, Array]) -> Mapping[str, Array]:
