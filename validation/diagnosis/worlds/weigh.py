@@ -13,7 +13,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import LinearModel
 from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.fitting.parameters import drag_coefficient
@@ -48,7 +47,7 @@ def weigh_finding(
     problem, state = about.problem, about.state
     fitted = fitted_run(problem, state, about.fit) if following is None else following.fitted
     responses = responses_by_name(problem, fitted) if following is None else following.responses
-    fit = _fit_without(latest, finding, about.fit, drag_coefficient(problem.model))
+    fit = fit_without(latest, finding, about.fit)
     linear = linear_without(problem, state, fit, finding.candidate)
     without = _responses_without(latest, finding, responses)
     weighed = weigh_by_both(latest, _judge(problem, state, linear, fitted, without, finding.name))
@@ -106,18 +105,19 @@ def _judge(
     return judge(train(geometry, problem.thresholds, problem.hypotheses), geometry, about)
 
 
-def _fit_without(searched: Round, explanation: Refitted, fit: Refit, drag: NumberRef) -> Refit:
+def fit_without(searched: Round, explanation: Refitted, fit: Refit) -> Refit:
     """Return the ``fit`` with the response to the drag coefficient as if a finding of a round did not act.
 
     As ``_responses_without``: about a gust, more drag does what the gust does, and nothing else would be missing.
     """
-    before = {parameter.name: i for i, parameter in enumerate(searched.base.parameters)}
-    if not explanation.hypothesis.through_air or drag not in before:
+    if not explanation.hypothesis.through_air:
+        return fit
+    drag, base = drag_coefficient(searched.fitted.model), searched.base
+    names, before = ([parameter.name for parameter in one.parameters] for one in (fit, base))
+    if drag not in names or drag not in before:
         return fit
     sensitivity = fit.sensitivity.copy()
-    for i, parameter in enumerate(fit.parameters):
-        if parameter.name == drag:
-            sensitivity[:, i] = searched.base.sensitivity[:, before[drag]]
+    sensitivity[:, names.index(drag)] = base.sensitivity[:, before.index(drag)]
     return replace(fit, sensitivity=sensitivity)
 
 

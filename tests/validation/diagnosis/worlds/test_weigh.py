@@ -10,13 +10,18 @@ import numpy as np
 import pytest
 from explanations import NOWHERE, explained, refitted, round_of
 
+from sssi_exudyn.contact.terms.air import AirDrag
+from sssi_exudyn.core.number_ref import MU_T, NumberRef
+from sssi_exudyn.fitting.linear_fit import Refit
+from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING
 from sssi_exudyn.validation.diagnosis.judgement import Judgement, SimilarWorld
 from sssi_exudyn.validation.diagnosis.search.explanation import Round
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 from sssi_exudyn.validation.diagnosis.worlds import weigh as weigh_module
 from sssi_exudyn.validation.diagnosis.worlds.catalogue import NOT_IN_THE_LIST, TWO_AT_ONCE
-from sssi_exudyn.validation.diagnosis.worlds.weigh import weigh_by_both, weigh_finding
+from sssi_exudyn.validation.diagnosis.worlds.weigh import fit_without, weigh_by_both, weigh_finding
 
 FIT: Any = SimpleNamespace()
 BY_FITS = {"gust": 0.5, "snow_patch": 0.2, "unexplained_force": 0.15, "unexplained_drag": 0.05, NOTHING_MISSING: 0.1}
@@ -73,6 +78,7 @@ def test_a_name_is_sure_only_where_both_are() -> None:
 
 def test_the_best_name_is_one_that_was_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
     """A name that simulated runs prefer has to have an estimate of its own to be a finding."""
+    monkeypatch.setattr(weigh_module, "fit_without", lambda _searched, _finding, fit: fit)
     monkeypatch.setattr(weigh_module, "linear_without", lambda *_: None)
     said = judged(snow_patch=0.9, gust=0.1)
     monkeypatch.setattr(weigh_module, "geometry_of", lambda *_: None)
@@ -97,6 +103,7 @@ def test_a_wind_s_force_is_lent_to_no_other_law(monkeypatch: pytest.MonkeyPatch,
     def geometry_of(*arguments: Any) -> None:
         seen.update(arguments[4])
 
+    monkeypatch.setattr(weigh_module, "fit_without", lambda _searched, _finding, fit: fit)
     monkeypatch.setattr(weigh_module, "linear_without", lambda *_: None)
     monkeypatch.setattr(weigh_module, "geometry_of", geometry_of)
     monkeypatch.setattr(weigh_module, "train", lambda *_: None)
@@ -107,3 +114,24 @@ def test_a_wind_s_force_is_lent_to_no_other_law(monkeypatch: pytest.MonkeyPatch,
     about: Any = SimpleNamespace(problem=problem, state=SimpleNamespace(levels=None), fit=FIT)
     weigh_finding(latest, refitted(name, fit=FIT), {name: about}, replace(latest, responses=after))
     assert sorted(other for other, response in seen.items() if response[0, 0] == 0.0) == taken
+
+
+@pytest.mark.parametrize(("name", "lent"), [("gust", False), ("snow_patch", True)])
+def test_a_wind_s_force_is_not_lent_to_the_drag_coefficient(name: str, lent: bool) -> None:
+    """About a gust more drag does what the gust does, and nothing would be missing without it."""
+    priors = [(MU_T, 0.1), (NumberRef("air.c_d"), 0.15)]
+    parameters = tuple(Parameter((number,), Prior(0.5, sigma)) for number, sigma in priors)
+    model: Any = SimpleNamespace(terms=(AirDrag(),))
+
+    def fit_of(response: float, places: tuple[int, ...]) -> Refit:
+        some = tuple(parameters[i] for i in places)
+        zeros = np.zeros(len(some))
+        return Refit(model, some, zeros, np.zeros(3), np.full((3, len(some)), response), 0.0, np.diag(zeros))
+
+    searched = round_of(explained(name, fit=FIT), fitted=SimpleNamespace(model=model), base=fit_of(1.0, (1, 0)))
+    fit = fit_of(2.0, (0, 1))
+    without = fit_without(searched, refitted(name, fit=FIT), fit)
+    np.testing.assert_array_equal(without.sensitivity, [[2.0, 2.0 if lent else 1.0]] * 3)
+    np.testing.assert_array_equal(fit.sensitivity, 2.0)
+    others = fit_of(2.0, (0,))  # drag is known
+    assert fit_without(searched, refitted(name, fit=FIT), others) is others
