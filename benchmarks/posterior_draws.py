@@ -42,7 +42,7 @@ deviation.
 
 
 class Draws:
-    """Uncertain numbers of a run, in standard deviations of their priors: θ, then η."""
+    """Uncertain numbers of a run, in standard deviations of their priors: θ, then η, then the changing drag."""
 
     def __init__(self, posterior: Posterior) -> None:
         setting = posterior.setting
@@ -51,7 +51,9 @@ class Draws:
         known = uncertain(posterior.linear, posterior.levels)
         self.columns, self.factor = known.columns, known.factor
         self.count = len(setting.unknowns)
-        self.begin = np.concatenate([(posterior.values - setting.means) / setting.sigmas, posterior.sizes])
+        self.drag = posterior.responses.by_drag
+        values = (posterior.values - setting.means) / setting.sigmas
+        self.begin = np.concatenate([values, posterior.sizes, np.zeros(self.drag.shape[1])])
 
     def residual(self, numbers: Array) -> Array:
         """Return (N,) measured less predicted by a run with ``numbers``, in units of noise.
@@ -60,8 +62,9 @@ class Draws:
         """
         setting = self.posterior.setting
         values = setting.means + numbers[: self.count] * setting.sigmas
-        moved = moved_point(setting, self.point, self.posterior.responses, values, numbers[self.count :])
-        difference = (setting.seen.measured - moved.predicted)[:, None]
+        sizes, drag = np.split(numbers[self.count :], [len(self.posterior.sizes)])
+        moved = moved_point(setting, self.point, self.posterior.responses, values, sizes)
+        difference = (setting.seen.measured - moved.predicted - self.drag @ drag)[:, None]
         return np.asarray(setting.seen.whiten(self.posterior.levels, difference)[:, 0])
 
     def log_weight(self, off: Array) -> float:
