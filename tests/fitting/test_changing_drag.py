@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import gliding
 import numpy as np
 import pytest
-from models import gliding
 
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.terms.air import AirDrag
