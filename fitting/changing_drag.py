@@ -5,7 +5,6 @@ area than the law of the air has.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
@@ -15,7 +14,7 @@ from sssi_exudyn.contact.terms.body_forces import PassingDrag
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, parts_in_cells
 from sssi_exudyn.core.number_ref import NumberRef
-from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.model import Model, add_part, name_in_model
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun
 from sssi_exudyn.simulation.reduced.sensitivities import responses_to_additions
 
@@ -36,18 +35,11 @@ def responses_to_changing_drag(
     Raises SimulationDiverged when the run does.
     """
     edges = _cells(float(prepared.time[0]), float(prepared.time[-1]))
-    number = NumberRef.of(_next_name(model), "area")
-    parts = [PassingDrag(t0=begin, t1=end) for begin, end in pairwise(edges.tolist())]
-    additions = [(replace(model, terms=(*model.terms, part)), number) for part in parts]
+    number = NumberRef.of(name_in_model(model, PassingDrag()), "area")
+    additions = [(add_part(model, PassingDrag(t0=begin, t1=end)), number) for begin, end in pairwise(edges.tolist())]
     by_area = responses_to_additions(additions, prepared, observed)
     return np.asarray(by_area @ parts_in_cells(edges, ExponentialNoise(sigma, _MEMORY)))
 
 
 def _cells(begin: float, end: float) -> Array:
     return np.linspace(begin, end, 1 + min(_MOST, max(1, round((end - begin) / _CELL))))
-
-
-def _next_name(model: Model) -> str:
-    """Return the name of one more such term in the model."""
-    count = sum(term.name == PassingDrag.name for term in model.terms)
-    return PassingDrag.name if count == 0 else f"{PassingDrag.name}#{count + 1}"

@@ -317,3 +317,17 @@ def along_snow(model: Model, feet: Array, velocity: Array, foot_velocity: Array,
     slopes = model.snow(feet)[1]
     rising = np.sum(slopes * (velocity[:2] + foot_velocity[:, :2]), axis=1)
     return float(share @ (rising - foot_velocity[:, 2])) + model.start.velocity_n
+
+
+def add_part(model: Model, part: Term | Sensor) -> Model:
+    """Return the model with one more term or fault."""
+    if isinstance(part, Term):
+        return replace(model, terms=(*model.terms, part))
+    return replace(model, sensors=(*model.sensors, part))
+
+
+def name_in_model(model: Model, part: Term | Sensor) -> str:
+    """Return the name by which ``Model.value`` finds the part once it is added."""
+    parts: Sequence[Term | Sensor] = (*model.terms, *model.sensors)
+    count = sum(other.name == part.name for other in parts) + 1
+    return part.name if count == 1 else f"{part.name}#{count}"

@@ -17,7 +17,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.observations import measurements_of
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.model import Model, add_part
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import (
@@ -33,7 +33,6 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     Numbers,
     Probe,
     SteadyLaw,
-    add_part,
     probes_by,
     responses_of,
 )

@@ -22,7 +22,7 @@ from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.fitting.observations import Measurements
 from sssi_exudyn.model.faults import Sensor
-from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.model import Model, add_part, name_in_model
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun
 from sssi_exudyn.simulation.reduced.sensitivities import responses_to_additions
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Kind, Number
@@ -217,20 +217,6 @@ def as_slope(delta_mu: float) -> str:
 def as_weight(force: float) -> str:
     """Return, in words, a force (N) as a weight."""
     return f"as strong as the weight of {abs(force) / GRAVITY:.1f} kg"
-
-
-def add_part(model: Model, part: Term | Sensor) -> Model:
-    """Return the model with one more term or fault."""
-    if isinstance(part, Term):
-        return replace(model, terms=(*model.terms, part))
-    return replace(model, sensors=(*model.sensors, part))
-
-
-def name_in_model(model: Model, part: Term | Sensor) -> str:
-    """Return the name by which ``Model.value`` finds the part once it is added."""
-    parts: Sequence[Term | Sensor] = (*model.terms, *model.sensors)
-    count = sum(other.name == part.name for other in parts) + 1
-    return part.name if count == 1 else f"{part.name}#{count}"
 
 
 def probes_by(model: Model, part: Term | Sensor, keys: Sequence[str]) -> list[Probe]:

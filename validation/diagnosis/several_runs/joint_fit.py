@@ -30,15 +30,13 @@ from sssi_exudyn.fitting.noise import NoiseLevels, log_prior
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.model.faults import Sensor
-from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.model import Model, add_part, name_in_model
 from sssi_exudyn.runtime.threads import side_by_side
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Number
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     FittedRun,
     Probe,
     SteadyLaw,
-    add_part,
-    name_in_model,
     probes_by,
     responses_of,
 )

@@ -30,11 +30,12 @@ from sssi_exudyn.fitting.evidence import best_evidence
 from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.parameters import Parameter
+from sssi_exudyn.model.model import add_part, name_in_model
 from sssi_exudyn.recording.instruments.gps import enu_from
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Number
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, add_part, name_in_model
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import (
     evidence_by_size,
     extended_parameters,

@@ -23,14 +23,14 @@ from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.observations import Measurements
 from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.model import Model, add_part
 from sssi_exudyn.validation.benchmark import second_pass as benchmark_second_pass
 from sssi_exudyn.validation.benchmark.cases import Recorded
 from sssi_exudyn.validation.benchmark.second_pass import first_finding, two_passes
 from sssi_exudyn.validation.benchmark.world import draw_instruments
 from sssi_exudyn.validation.diagnosis.context import no_nuisances
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
-from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, add_part
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun
 from sssi_exudyn.validation.diagnosis.search.search_result import Accepted, SearchEnd
 from sssi_exudyn.validation.diagnosis.several_runs import second_pass
 from sssi_exudyn.validation.diagnosis.several_runs.second_pass import Pass, SamePlace, Way, ask_other_runs, update

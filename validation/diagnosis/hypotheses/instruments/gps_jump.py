@@ -9,7 +9,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.model.faults import GpsJump
-from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.model import Model, add_part, name_in_model
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     Candidate,
     Distinction,
@@ -17,8 +17,6 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     Hypothesis,
     Numbers,
     Probe,
-    add_part,
-    name_in_model,
 )
 
 

@@ -8,7 +8,7 @@ from sssi_exudyn.contact.terms.body_forces import PolePlant
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom
-from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.model import Model, add_part, name_in_model
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     Candidate,
     Distinction,
@@ -16,10 +16,8 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     Hypothesis,
     Numbers,
     Probe,
-    add_part,
     as_weight,
     by_sign,
-    name_in_model,
     probes_by,
 )
 

@@ -9,7 +9,7 @@ from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import FRICTION, NumberRef
 from sssi_exudyn.fitting.evidence import Freedom
-from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.model import Model, add_part, name_in_model
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     Candidate,
     Distinction,
@@ -18,11 +18,9 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     Numbers,
     Probe,
     Shifts,
-    add_part,
     as_slope,
     by_sign,
     intervals,
-    name_in_model,
     probes_by,
 )
 
