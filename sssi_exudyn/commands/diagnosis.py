@@ -18,7 +18,6 @@ from sssi_exudyn.commands.runs import (
     Made,
     Outcome,
     cache_in,
-    check_own,
     chosen_seconds,
     lock_of,
     write_outcome,
@@ -33,7 +32,7 @@ from sssi_exudyn.model.toml import model_files, model_to_dict
 from sssi_exudyn.recording.recording import FILE, Recording
 from sssi_exudyn.reports.day_page import day_page, sentence_of_day
 from sssi_exudyn.results.day import Day
-from sssi_exudyn.results.folder import DIAGNOSIS, LAW, write_model
+from sssi_exudyn.results.folder import DIAGNOSIS, LAW, check_own, write_model
 from sssi_exudyn.results.summary import Estimate, Fit, Provenance
 from sssi_exudyn.results.uncertainty import uncertainty_figures
 from sssi_exudyn.runtime.cache import Cache
@@ -156,7 +155,7 @@ def search_into(
     """Diagnose into ``out``, where the cache stays; return the run of the extended model, and the answer."""
     with lock_of(out):
         recording, motion = read_folder(source, progress, seconds)
-        check_own(out, recording)
+        check_own(out, recording.name)
         if recording.gps is None:
             raise InputError(
                 recording.folder / FILE, "[gps]", "there is no GPS to hold the simulation against", "add it"

@@ -54,7 +54,7 @@ from sssi_exudyn.recording.recording import FILE, Recording
 from sssi_exudyn.reports.report import render, render_folder, render_pdf, write_run
 from sssi_exudyn.results.carving import carving_figures
 from sssi_exudyn.results.draws import draws_table
-from sssi_exudyn.results.folder import MEASURED, SUMMARY, amend_result, read_series, read_summary
+from sssi_exudyn.results.folder import MEASURED, amend_result, check_own, read_series, read_summary
 from sssi_exudyn.results.measured import measured_table
 from sssi_exudyn.results.opensim import opensim_texts
 from sssi_exudyn.results.posture import posture_figures, second_half_table
@@ -149,7 +149,7 @@ def open_recording(
     """
     with lock_of(out):
         recording, motion = read_folder(source, progress, seconds, shortest)
-        check_own(out, recording)
+        check_own(out, recording.name)
         yield Work(recording, motion, out, progress, chosen_seconds(seconds))
 
 
@@ -353,19 +353,6 @@ def add_terms(model: Model, terms: Sequence[Term]) -> Model:
 def lock_of(out: Path | None) -> AbstractContextManager[None]:
     """Return the lock of a result's folder; where nothing is written it locks nothing."""
     return nullcontext() if out is None else folder_lock(out)
-
-
-def check_own(out: Path | None, recording: Recording) -> None:
-    """Raise InputError where a folder holds the results of another recording: they would be lost."""
-    if out is None or not (out / SUMMARY).is_file():
-        return
-    try:
-        name = read_summary(out).recording
-    except InputError:  # results that cannot be read are replaced
-        return
-    if name != recording.name:
-        problem = f"the folder holds the results of {one_line(name)}"
-        raise InputError(out, "", problem, "choose another folder with --out, or delete this one")
 
 
 def cache_in(out: Path | None) -> Cache | None:

@@ -21,7 +21,7 @@ import tomli_w
 from sssi_exudyn.analysis.boots import cuff_column
 from sssi_exudyn.bodies.skier.chain import COORDINATES, PRESCRIBED, TRANSLATIONS
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.core.text import csv_of
+from sssi_exudyn.core.text import csv_of, one_line
 from sssi_exudyn.io.bounds import MAX_DURATION
 from sssi_exudyn.io.parquet import check_finite, check_time, column_names, read_parquet
 from sssi_exudyn.io.storage import storage_columns
@@ -303,6 +303,19 @@ def read_summary(folder: Path) -> Summary:
         return summary_from_dict(_read_summary_table(folder))
     except ValueError as error:
         raise wrong_field(folder / SUMMARY, error) from None
+
+
+def check_own(folder: Path | None, recording: str) -> None:
+    """Raise InputError where a folder holds the results of another recording than that one: they would be lost."""
+    if folder is None or not (folder / SUMMARY).is_file():
+        return
+    try:
+        name = read_summary(folder).recording
+    except InputError:  # results that cannot be read are replaced
+        return
+    if name != recording:
+        problem = f"the folder holds the results of {one_line(name)}"
+        raise InputError(folder, "", problem, "choose another folder with --out, or delete this one")
 
 
 def _read_summary_table(folder: Path) -> dict[str, Any]:

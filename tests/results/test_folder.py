@@ -14,7 +14,7 @@ import pytest
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.writing import folder_lock
-from sssi_exudyn.results.folder import ResultContent, read_summary, write_result
+from sssi_exudyn.results.folder import SUMMARY, ResultContent, check_own, read_summary, write_result
 from sssi_exudyn.results.summary import Summary
 from sssi_exudyn.runtime.cache import Cache, Shapes
 
@@ -113,3 +113,15 @@ def test_what_was_made_is_not_made_again(tmp_path: Path) -> None:
     assert len(calls) == 1
     assert first["x"].tobytes() == again["x"].tobytes()
     assert str(again["why"]) == "converged: the objective no longer changes"
+
+
+def test_results_of_another_recording_are_not_replaced(tmp_path: Path) -> None:
+    check_own(None, "new")
+    check_own(tmp_path, "new")  # there is nothing
+    write_result(tmp_path, ResultContent(Summary(recording="old"), pd.DataFrame({"time_s": [0.0]}), MODEL))
+    check_own(tmp_path, "old")
+    with pytest.raises(InputError, match="holds the results of old") as caught:
+        check_own(tmp_path, "new")
+    assert "--out" in str(caught.value)
+    (tmp_path / SUMMARY).write_text("{", encoding="utf-8")
+    check_own(tmp_path, "new")
