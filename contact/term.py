@@ -150,6 +150,8 @@ class SegmentState:
 class SegmentTerm(Term):
     """A term of this kind is the air's force on a body segment, at its centre of mass.
 
+    knows_up : whether it depends on the way up from the slope, as lift does; otherwise no direction is its own
+
     Examples
     --------
     >>> @dataclass(frozen=True)
@@ -168,6 +170,7 @@ class SegmentTerm(Term):
     """
 
     kind: ClassVar[str] = "segment"
+    knows_up: ClassVar[bool] = False
 
     @abstractmethod
     def force(self, math: Math, state: SegmentState) -> Vector:

@@ -41,6 +41,7 @@ class AirDrag(SegmentTerm):
     """
 
     name: ClassVar[str] = "air"
+    knows_up: ClassVar[bool] = True
     sources: ClassVar[tuple[str, ...]] = ("paper, 2.2.4", _LIFT)
 
     c_d: float = quantity(0.9, "1", low=0.1, high=2.0, source=_CHOICE, meaning="drag coefficient")
@@ -70,6 +71,7 @@ class PostureAir(SegmentTerm):
     """
 
     name: ClassVar[str] = "posture_air"
+    knows_up: ClassVar[bool] = True
     replaces: ClassVar[tuple[str, ...]] = (AirDrag.name,)
     sources: ClassVar[tuple[str, ...]] = (
         "paper, 2.2.4",

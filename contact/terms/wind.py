@@ -90,6 +90,7 @@ class Lift(SegmentTerm):
     """
 
     name: ClassVar[str] = "lift"
+    knows_up: ClassVar[bool] = True
     corrects: ClassVar[str] = AirDrag.name
     sources: ClassVar[tuple[str, ...]] = (
         "lift areas of 0.08 to 0.21 m² of two skiers: K. Watanabe, T. Ohtsuki, Ergonomics 20 (1977)",

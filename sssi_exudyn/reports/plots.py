@@ -20,6 +20,8 @@ from matplotlib.figure import Figure
 COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00")
 """Okabe and Ito's vermillion, blue, green, purple and orange; the page's ``--c1`` to ``--c5``."""
 MEASURED, SIMULATED, OTHER = COLOURS[:3]
+OF_DIRECTIONS = (SIMULATED, MEASURED, OTHER)
+"""Colours of a force along the path, across it and away from the snow."""
 INK = "#010203"
 """Stands for the text's colour until the SVG is written; no plot uses it for anything else."""
 _DESK, _PHONE = 7.2, 4.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ import pytest
 from sssi_exudyn.contact import conformance
 from sssi_exudyn.contact.codegen.tape import Tape
 from sssi_exudyn.contact.maths import Math, Number, Vector
-from sssi_exudyn.contact.term import FootState, PointState, SegmentState, Term
+from sssi_exudyn.contact.term import FootState, PointState, SegmentState, SegmentTerm, Term
 from sssi_exudyn.contact.terms.air import AirDrag
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.contact.terms.friction_corrections import SpeedDependentFriction
@@ -58,6 +58,15 @@ class Lopsided(AnisotropicFriction):
         return along * (2.0 + math.sin(state.edge)), across
 
 
+class Flat(SegmentTerm):
+    name: ClassVar[str] = "flat"
+    sources: ClassVar[tuple[str, ...]] = ("made up",)
+
+    def force(self, math: Math, state: SegmentState) -> Vector:
+        f, l, n = AirDrag().force(math, state)  # noqa: E741
+        return f, l, 0.5 * n
+
+
 class Slanted(AirDrag):
     def force(self, math: Math, state: SegmentState) -> Vector:
         f, l, n = super().force(math, state)  # noqa: E741
@@ -80,6 +89,7 @@ class Cornered(AirDrag):
         (conformance.force_is_in_proportion_to_length, PerPoint, AssertionError),
         (conformance.takes_energy_only, Driving, AssertionError),
         (conformance.mirrored_ski_mirrored_force, Lopsided, AssertionError),
+        (conformance.turned_world_turned_force, Flat, AssertionError),
         (conformance.turned_world_turned_force, Slanted, AssertionError),
         pytest.param(conformance.compiled_derivatives_are_right, Cornered, AssertionError, marks=pytest.mark.long),
     ],

@@ -44,7 +44,6 @@ from sssi_exudyn.validation.diagnosis.diagnosis_data import (
 from sssi_exudyn.validation.diagnosis.search.missing_force import DIRECTIONS
 from sssi_exudyn.validation.diagnosis.wording.sentence import percent
 
-_COLOURS = (plots.SIMULATED, plots.MEASURED, plots.OTHER)
 Row = tuple[str, str, str]
 _BARS = 10
 """Greatest number of explanations that are drawn, and their least probability."""
@@ -376,7 +375,7 @@ def draw_force(axes: Axes, missing: ForceOverTime) -> None:
     edges = np.array(missing.edges_s)
     middles = 0.5 * (edges[1:] + edges[:-1])
     forces, bands, stands_out = np.array(missing.force_N), np.array(missing.band_N), np.array(missing.stands_out)
-    for k, (direction, colour) in enumerate(zip(DIRECTIONS, _COLOURS, strict=True)):
+    for k, (direction, colour) in enumerate(zip(DIRECTIONS, plots.OF_DIRECTIONS, strict=True)):
         force, band, out = forces[:, k], bands[:, k], stands_out[:, k]
         axes.fill_between(middles, force - 2.0 * band, force + 2.0 * band, color=colour, alpha=0.12, linewidth=0)
         axes.plot(middles, force, color=colour, linestyle=("-", "--", ":")[k], label=direction)

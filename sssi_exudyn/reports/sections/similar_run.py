@@ -29,7 +29,7 @@ def _draw(axes: Axes, similar: SimilarRun) -> None:
     edges = np.array(similar.edges_s)
     middles = 0.5 * (edges[1:] + edges[:-1])
     for k, direction in enumerate(DIRECTIONS[:_DRAWN]):
-        colour = (plots.SIMULATED, plots.MEASURED)[k]  # as in the figure of the missing force
+        colour = plots.OF_DIRECTIONS[k]
         axes.plot(middles, np.array(similar.recorded_N)[:, k], color=colour, label=f"{direction}, recording")
         axes.plot(middles, np.array(similar.simulated_N)[:, k], "--", color=colour, label=f"{direction}, simulated")
     axes.axhline(0.0, color=plots.INK, linewidth=0.6)
