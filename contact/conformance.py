@@ -211,7 +211,7 @@ def takes_energy_only(cls: type[Any]) -> None:
 
 
 def turned_world_turned_force(cls: type[Any]) -> None:
-    """Check that the air has no direction of its own, but for the way up where a term knows it."""
+    """Check that the air has no direction of its own, but for up, where a term knows it."""
     turn = Rotation.from_euler("xyz", (0.0, 0.0, 2.3) if cls.knows_up else (0.4, -1.1, 2.3)).as_matrix()
     for term in instances(cls):
         for state in grid(cls.kind):

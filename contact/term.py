@@ -150,7 +150,7 @@ class SegmentState:
 class SegmentTerm(Term):
     """A term of this kind is the air's force on a body segment, at its centre of mass.
 
-    knows_up : whether it depends on the way up from the slope, as lift does; otherwise no direction is its own
+    knows_up : whether it depends on the direction up from the slope, as lift does; otherwise no direction is its own
 
     Examples
     --------
