@@ -200,7 +200,7 @@ def find_posterior(
         seen = seen.with_slip_noise(point.model, simulate_reduced(point.model, point.prepared))
     levels: NoiseLevels = seen.usual
     setting = replace(setting, seen=seen)
-    linearised, moved, kept = point.sizes, np.inf, True
+    linearised, moved, kept, share = point.sizes, np.inf, True, 0.0
     for rounds in range(1, ROUNDS + 1):
         if rounds > 1 and not comparing:
             setting = replace(setting, seen=seen.weighed(seen.measured - point.predicted, levels))
@@ -213,7 +213,8 @@ def find_posterior(
         spread = np.sqrt(np.diag(solution.covariance))
         changes = (setting.values(point.model) - setting.values(before.model)) / spread
         moved = float(np.max(np.abs(np.concatenate([changes, point.sizes - before.sizes]))))
-        share = _share_done(rounds, moved, _ROUGHLY if comparing else _SETTLED, judged=full is not None)
+        estimated = _share_done(rounds, moved, _ROUGHLY if comparing else _SETTLED, judged=full is not None)
+        share = max(share, estimated)  # a round may move more than the one before
         say(share, f"round {rounds}: moved by {moved:.2f} standard deviations, {_description(point.model)}")
         bend, roughly = _bend(point, linearised), comparing and kept and left < _CLOSE
         judge = full if moved < _STRAIGHT or rounds == ROUNDS - 1 else None

@@ -50,14 +50,16 @@ from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 from sssi_exudyn.validation.diagnosis.wording.description import describe, figures_of
 from sssi_exudyn.validation.diagnosis.worlds.weigh import weigh_finding, weigh_nothing
 
-_FIRST_SHARE: Final = 0.3
+_FIRST_SHARE: Final = 0.1
 """Share of a search's computing that the first estimate takes, roughly."""
-_LAST_SHARE: Final = 0.1
+_FIRST_COMPARED: Final = 0.3
+"""The same until all hypotheses are compared about it."""
+_LAST_SHARE: Final = 0.15
 """The same of the last estimate."""
 _ROUND: Final = 0.8
 """Share that a round takes of what is left until the last estimate: most searches end after the first or the second."""
-_COMPARED: Final = 0.4
-"""Share of a round that the comparison of all hypotheses takes; the rivals' estimates take the rest."""
+_RIVALS: Final = 0.7
+"""Share of a round that the rivals take; the comparison about the best of them takes the rest."""
 
 
 def diagnose(
@@ -115,33 +117,35 @@ def _search(about: Reestimate, *, full: bool) -> tuple[Reestimate, list[Round], 
     """
     problem, state = about.problem, about.state
     thresholds = problem.thresholds
-    rounds = [compare_hypotheses(problem, state, about.fit)]
+    rounds = [compare_hypotheses(problem.reporting(_FIRST_SHARE, _FIRST_COMPARED), state, about.fit)]
     accepted: list[Accepted] = []
     forms: list[Freedom] = []
-    share = _FIRST_SHARE
+    share = _FIRST_COMPARED
     while len(accepted) < thresholds.most_findings:
         problem, state, latest = about.problem, about.state, rounds[-1]
         allowed = thresholds.stands_out_again if accepted else thresholds.stands_out
         if latest.nothing.probability > allowed or not isinstance(latest.best, Refitted):
             break
         begin, share = share, share + _ROUND * (1.0 - _LAST_SHARE - share)
-        refining = problem.reporting(begin + _COMPARED * (share - begin), share)
+        compared = begin + _RIVALS * (share - begin)
+        comparing = problem.reporting(compared, share).progress
         try:
-            latest, estimates = estimate_rivals(refining, state, latest, full=full)
-            latest, pair = _try_pair(latest, estimates, forms)
+            latest, estimates = estimate_rivals(problem.reporting(begin, compared), state, latest, full=full)
+            latest, pair = _try_pair(comparing, latest, estimates, forms)
             best = latest.best
             if latest.nothing.probability > allowed or not isinstance(best, Refitted) or best.name not in estimates:
                 rounds[-1] = latest
                 break
-            form, following = pair or _next_round(latest, best, _of(estimates, best, problem), forms)
+            form, following = pair or _next_round(comparing, latest, best, estimates[best.name], forms)
             by_fits = best.name
             latest, best = weigh_finding(latest, best, estimates, following)
             if latest.nothing.probability > allowed:
                 rounds[-1] = latest
                 break
-            chosen = _of(estimates, best, problem)
+            chosen = estimates[best.name]
+            chosen = replace(chosen, problem=replace(chosen.problem, progress=problem.progress))
             if best.name != by_fits:
-                form, following = _next_round(latest, best, chosen, forms)
+                form, following = _next_round(comparing, latest, best, chosen, forms)
         except SimulationDiverged as error:
             problem.progress(None, f"the search ends: with {latest.best.name} {error}")
             break
@@ -152,12 +156,6 @@ def _search(about: Reestimate, *, full: bool) -> tuple[Reestimate, list[Round], 
     if not accepted and rounds[-1].judgement is None:
         rounds[-1] = weigh_nothing(about.problem, about.state, rounds[-1])
     return about, rounds, accepted
-
-
-def _of(estimates: Mapping[str, Reestimate], explanation: Refitted, problem: DiagnosisProblem) -> Reestimate:
-    """Return the estimate with an explanation, whose progress is that of the ``problem``."""
-    about = estimates[explanation.name]
-    return replace(about, problem=replace(about.problem, progress=problem.progress))
 
 
 def _confirm(
@@ -181,14 +179,17 @@ def _confirm(
     return about, accepted
 
 
-def _next_round(latest: Round, best: Refitted, about: Reestimate, forms: Sequence[Freedom]) -> tuple[Freedom, Round]:
+def _next_round(
+    progress: Advance, latest: Round, best: Refitted, about: Reestimate, forms: Sequence[Freedom]
+) -> tuple[Freedom, Round]:
     """Return what the form of ``best`` may be wrong by, and the next round, which is about its estimate."""
     form = form_of(latest, best)
-    return form, compare_hypotheses(about.problem, _with_forms(about.state, [*forms, form]), about.fit)
+    problem = replace(about.problem, progress=progress)
+    return form, compare_hypotheses(problem, _with_forms(about.state, [*forms, form]), about.fit)
 
 
 def _try_pair(
-    latest: Round, estimates: Mapping[str, Reestimate], forms: Sequence[Freedom]
+    progress: Advance, latest: Round, estimates: Mapping[str, Reestimate], forms: Sequence[Freedom]
 ) -> tuple[Round, tuple[Freedom, Round] | None]:
     """Count the best law with a second one where a force without a law explains more than any law alone does.
 
@@ -198,7 +199,7 @@ def _try_pair(
     law = best_law(latest.explanations, estimates)
     if latest.best.has_law or law is None:
         return latest, None
-    form, following = _next_round(latest, law, estimates[law.name], forms)
+    form, following = _next_round(progress, latest, law, estimates[law.name], forms)
     counted = count_second_law(latest, law, following)
     if counted is None:
         return latest, None

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 from scipy.stats import norm
@@ -47,6 +48,9 @@ from sssi_exudyn.validation.diagnosis.search.explanation import (
 from sssi_exudyn.validation.diagnosis.search.physical_limits import log_possible
 from sssi_exudyn.validation.diagnosis.state import State, fit_model, fitted_run, get_or_make, linear_model
 from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
+
+_SCREENED: Final = 0.5
+"""Share of a comparison after which the most probable hypotheses are refitted."""
 
 
 def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> Round:
@@ -101,7 +105,7 @@ def _before(model: Model, extended: Model, name: str) -> float:
 
 def responses_by_name(problem: DiagnosisProblem, fitted: FittedRun) -> dict[str, Array]:
     """Return the responses (N, probes) of every hypothesis, a unit of amplitude."""
-    problem.progress(None, "the response to every hypothesis")
+    problem.progress(0.0, "the response to every hypothesis")
     by_name = {hypothesis.name: hypothesis.probes(fitted) for hypothesis in problem.hypotheses}
     probes = [probe for some in by_name.values() for probe in some]
     own = [(_without_large_parts(probe.model, fitted.model), probe.number) for probe in probes]
@@ -197,7 +201,7 @@ def _refit_best(
     ranked = sorted(screened, key=lambda explanation: -explanation.log_evidence)
     finalists = _finalists(ranked, nothing, fitted, problem.thresholds)
     if finalists:
-        problem.progress(None, f"refitting with {', '.join(explanation.name for explanation in finalists)}")
+        problem.progress(_SCREENED, f"refitting with {', '.join(explanation.name for explanation in finalists)}")
     fits = side_by_side(lambda explanation: _refit_with(problem, state, base, fitted, explanation), finalists)
     return [*fits, *(explanation for explanation in ranked if explanation not in finalists)]
 

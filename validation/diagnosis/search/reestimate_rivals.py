@@ -11,9 +11,10 @@ law says how sure a name can be.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Protocol
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -35,6 +36,9 @@ from sssi_exudyn.validation.diagnosis.search.explanation import (
 )
 from sssi_exudyn.validation.diagnosis.search.free_form_force import weigh_free_form
 from sssi_exudyn.validation.diagnosis.state import Reestimate, State, estimate_again, linear_model
+
+_ESTIMATED: Final = 0.7
+"""Share of the work after which rivals have their estimates, and forces of any form are weighed."""
 
 
 class Estimator(Protocol):
@@ -73,6 +77,7 @@ def estimate_rivals(
     estimates: dict[str, Reestimate] = {}
     weighed: dict[str, Nothing | Refitted] = {}
     rivals = _rivals(latest)
+    estimating = problem.reporting(0.0, _ESTIMATED)
 
     def estimated(explanation: Nothing | Refitted, part: DiagnosisProblem) -> tuple[Nothing | Refitted, Reestimate]:
         near, start = _begin_near(state, explanation, estimates)
@@ -95,18 +100,22 @@ def estimate_rivals(
 
     first = next((i + 1 for i, rival in enumerate(rivals) if rival is not latest.nothing), len(rivals))
     for i, rival in enumerate(rivals[:first]):
-        add(estimated_if_possible(rival, problem.reporting(i / len(rivals), (i + 1) / len(rivals))))
+        add(estimated_if_possible(rival, estimating.reporting(i / len(rivals), (i + 1) / len(rivals))))
     # all others begin at the first law's estimate, or at none; the first of them says how far they are
-    parts = [problem.reporting(first / len(rivals), 1.0), *[replace(problem, progress=silent)] * len(rivals)]
+    parts = [estimating.reporting(first / len(rivals), 1.0), *[replace(problem, progress=silent)] * len(rivals)]
     for made in side_by_side(lambda pair: estimated_if_possible(*pair), zip(rivals[first:], parts, strict=False)):
         add(made)
     explanations = _with_estimates(latest, rivals, weighed)
     law = best_law(explanations, estimates)
     free_forms: dict[str, tuple[float, FreeForm]] = {}
-    for hypothesis in problem.hypotheses:
-        if isinstance(hypothesis, FreeFormForce) and hypothesis.name in latest.responses and law is not None:
-            problem.progress(None, f"a force of any form in the place of {law.name}")
-            free_forms[hypothesis.name] = weigh_free_form(hypothesis, estimates[law.name], latest, law, full=full)
+    forces = [one for one in problem.hypotheses if isinstance(one, FreeFormForce) and one.name in latest.responses]
+    ends = np.linspace(_ESTIMATED, 1.0, len(forces) + 1).tolist()
+    for force, part in zip(forces, itertools.pairwise(ends), strict=True):
+        if law is not None:
+            problem.progress(part[0], f"a force of any form in the place of {law.name}")
+            about = estimates[law.name]
+            about = replace(about, problem=about.problem.reporting(*part))
+            free_forms[force.name] = weigh_free_form(force, about, latest, law, full=full)
     following = latest.ranked(_in_free_form(explanations, free_forms))
     best = following.best
     if isinstance(best, Refitted) and not best.has_law and best.name not in estimates:
