@@ -143,6 +143,13 @@ def sha256(path: Path, limit: int = MAX_BYTES) -> str:
     return "sha256:" + digest.hexdigest()
 
 
+def is_as_written(path: Path, written: object, older: str) -> bool:
+    """Tell whether a file has the SHA-256 that was ``written`` down for it, if any; earlier versions wrote down that
+    of its numbers, ``older``.
+    """
+    return written in (None, older) or written == sha256(path).removeprefix("sha256:")
+
+
 @contextmanager
 def _clear_errors(path: Path) -> Iterator[None]:
     """Turn what the system says while a file is read into one clear InputError."""

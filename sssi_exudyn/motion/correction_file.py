@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 from pathlib import Path
 from typing import Any, Final
@@ -11,7 +12,7 @@ import numpy as np
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.bounds import MAX_DURATION
-from sssi_exudyn.io.files import inside
+from sssi_exudyn.io.files import inside, is_as_written
 from sssi_exudyn.io.parquet import check_finite, check_time, read_parquet
 from sssi_exudyn.io.settings import Settings, check_keys, text_of
 from sssi_exudyn.motion.correction import PostureCorrection
@@ -25,7 +26,7 @@ _MOST: Final = 1.6
 
 def correction_to_dict(correction: PostureCorrection) -> dict[str, Any]:
     """Return the table ``[posture]``; the angles are ``correction_bytes``."""
-    return {"file": FILE, "sha256": correction.digest}
+    return {"file": FILE, "sha256": hashlib.sha256(correction_bytes(correction)).hexdigest()}
 
 
 def correction_bytes(correction: PostureCorrection) -> bytes:
@@ -55,7 +56,7 @@ def read_correction(table: Settings, path: Path) -> PostureCorrection:
     if np.max(np.abs(angles)) > _MOST:
         raise InputError(file, "", f"an angle is corrected by more than {_MOST:g} rad", "give radians")
     correction = PostureCorrection(frame["time_s"].to_numpy(dtype=float), angles)
-    if table.get("sha256", correction.digest) != correction.digest:
+    if not is_as_written(file, table.get("sha256"), correction.digest):
         raise InputError(
             file, "", "not the correction that the model was written with", f"take it away from {path.name}: sha256"
         )

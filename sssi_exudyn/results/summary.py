@@ -226,10 +226,14 @@ class Platform:
 
 @dataclass(frozen=True)
 class Provenance:
-    """Hashes of the input files, versions of the programs, and the settings."""
+    """Hashes of the input files, versions of the programs, and the settings.
+
+    sources : SHA-256 of all that the program is made of, the same for two copies of one commit; "" in older files
+    """
 
     inputs: Mapping[str, str] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
+    sources: str = ""
     settings: Mapping[str, Any] = field(default_factory=dict)
     seed: int | None = None
     platform: Platform | None = None

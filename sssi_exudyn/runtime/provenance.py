@@ -36,6 +36,7 @@ def _version(package: str) -> str:
         return "not installed"
 
 
+@cache
 def source_digest() -> str:
     """Return the SHA-256 of this program's sources: two copies with the same digest compute the same."""
     digest = hashlib.sha256()
@@ -64,6 +65,7 @@ def provenance(inputs: Mapping[str, str], settings: Mapping[str, Any], seed: int
     return {
         "inputs": dict(inputs),
         "versions": versions(),
+        "sources": source_digest(),
         "settings": dict(settings),
         "seed": seed,
         "platform": {"system": platform.system(), "machine": platform.machine()},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +15,7 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantities, quantity
 from sssi_exudyn.io.bounds import MAX_DURATION
-from sssi_exudyn.io.files import inside, read_bytes
+from sssi_exudyn.io.files import inside, is_as_written, read_bytes
 from sssi_exudyn.io.settings import Settings, check_keys, key_of, numbers_of, text_of
 from sssi_exudyn.terrain.surface import MOST_MODES, Surface
 
@@ -47,7 +48,7 @@ def surface_to_dict(surface: Surface) -> dict[str, Any]:
     """Return the table ``[surface]``; the heights are ``surface_bytes``."""
     return {
         "file": FILE,
-        "sha256": surface.digest,
+        "sha256": hashlib.sha256(surface_bytes(surface)).hexdigest(),
         "origin_f_m": surface.origin[0],
         "origin_l_m": surface.origin[1],
         "spacing_m": surface.spacing,
@@ -82,7 +83,7 @@ def read_surface(table: Settings, path: Path) -> Surface:
         raise InputError(path, "[surface] amounts", "not a number in its bounds", bound)
     values = tuple(float(amount) for amount in amounts)
     surface = Surface((place.origin_f, place.origin_l), place.spacing, grid[0], grid[1], grid[2:], values)
-    if table.get("sha256", surface.digest) != surface.digest:
+    if not is_as_written(file, table.get("sha256"), surface.digest):
         raise InputError(
             file, "", "not the surface that the model was written with", f"take it away from {path.name}: sha256"
         )

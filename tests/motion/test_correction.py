@@ -13,6 +13,7 @@ from bundled import bundled
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.files import sha256
 from sssi_exudyn.model.toml import model_files, model_to_dict, read_model
 from sssi_exudyn.motion.correction import PostureCorrection, correct_posture
 from sssi_exudyn.motion.correction_file import FILE, correction_bytes
@@ -61,6 +62,14 @@ def test_a_model_keeps_it(folder: Path) -> None:
     assert posture is not None
     np.testing.assert_array_equal(posture.angles, correction().angles)
     assert posture.digest == correction().digest
+
+
+def test_its_hash_is_that_of_the_file_or_as_older_models_have_it_of_the_numbers(folder: Path) -> None:
+    path, of_file = folder / "model.toml", sha256(folder / FILE).removeprefix("sha256:")
+    text = path.read_text()
+    assert of_file in text
+    path.write_text(text.replace(of_file, correction().digest))
+    assert read_model(path).posture is not None
 
 
 def test_another_file_is_refused(folder: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 from sssi_exudyn.core.advance import part_of
 from sssi_exudyn.runtime.compiling import compiling
 from sssi_exudyn.runtime.progress import Progress, Stage, about, progress_on_stderr
-from sssi_exudyn.runtime.provenance import _versions, provenance, versions
+from sssi_exudyn.runtime.provenance import _versions, provenance, source_digest, versions
 
 
 class Terminal(io.StringIO):
@@ -180,6 +180,7 @@ def test_provenance_names_versions_and_no_place() -> None:
     made = provenance({"motion.bvh": "sha256:0"}, {"method": "joint", "model": "model.toml"}, 3)
     assert made["inputs"] == {"motion.bvh": "sha256:0"}
     assert {"sssi_exudyn", "exudyn", "numpy", "python"} <= made["versions"].keys()
+    assert made["sources"] == source_digest()
     assert made["seed"] == 3
     assert str(Path.cwd()) not in str(made)
     assert str(Path.home()) not in str(made)

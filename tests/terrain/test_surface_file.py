@@ -12,6 +12,7 @@ import tomli_w
 from gliding import model
 
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.files import sha256
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict, read_model
 from sssi_exudyn.runtime.cache import fingerprint
@@ -87,6 +88,15 @@ def test_what_is_no_surface_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / FILE).write_bytes(content)
     with pytest.raises(InputError, match=r"surface\.npy"):
         read_model(path)
+
+
+def test_its_hash_is_that_of_the_file_or_as_older_models_have_it_of_the_numbers(tmp_path: Path) -> None:
+    path, surface = written(tmp_path), on_hill().surface
+    assert surface is not None
+    text, of_file = path.read_text(), sha256(tmp_path / FILE).removeprefix("sha256:")
+    assert of_file in text
+    path.write_text(text.replace(of_file, surface.digest))
+    assert read_model(path).surface is not None
 
 
 def test_another_file_in_its_place_is_noticed(tmp_path: Path) -> None:

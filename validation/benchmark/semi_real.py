@@ -33,7 +33,7 @@ from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.recording import Recording
-from sssi_exudyn.runtime.provenance import provenance, source_digest
+from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.validation.benchmark.known_answers import NOTHING
 from sssi_exudyn.validation.benchmark.scores import inside_90, overlap
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose
@@ -327,7 +327,7 @@ def _keep_provenance(folder: Path, runs: Sequence[Stretch], sizes: Sequence[floa
     hashes = {f"{run.recording.name}/{file}": digest for run in runs for file, digest in run.recording.hashes.items()}
     stretches = {run.recording.name: [run.begin, run.end] for run in runs}
     settings: dict[str, Any] = {"command": "benchmark semi-real", "sizes": list(sizes), "stretches_s": stretches}
-    text = to_json({**provenance(hashes, settings, seed), "source": source_digest()})
+    text = to_json(provenance(hashes, settings, seed))
     path = folder / PROVENANCE
     if path.exists() and path.read_text(encoding="utf-8") != text:
         raise InputError(

@@ -198,6 +198,7 @@ def provenance(runs: Runs) -> Section:
     for group, word in (("inputs", "input"), ("versions", "version of"), ("settings", "setting")):
         names = _union(getattr(run.summary.provenance, group) for run in runs)
         rows += [(f"{word} {name}", _origin(group, name)) for name in names]
+    rows.append(("SHA-256 of the program's sources", lambda s: s.provenance.sources or "–"))
     rows.append(("seed", lambda s: number(s.provenance.seed)))
     return table_section("Where this result comes from", sheet(runs, rows), say_of_each(runs, _inputs))
 

@@ -108,11 +108,10 @@ def diagnose_case(made: Made, tmp_path: Path) -> tuple[Case, dict[str, Any]]:
     def report(share: float | None, _detail: str) -> None:
         shares.extend([] if share is None else [share])
 
-    diagnosed = diagnose(
-        made.recording, made.motion, made.model, full=False, thresholds=FEWER_WORLDS, progress=report
-    )
+    diagnosed = diagnose(made.recording, made.motion, made.model, full=False, thresholds=FEWER_WORLDS, progress=report)
     assert shares == sorted(shares)  # progress never goes back
-    assert 0.0 <= shares[0] and shares[-1] <= 1.0
+    assert shares[0] >= 0.0
+    assert shares[-1] <= 1.0
     diagnosis = diagnosed.diagnosis
     assert diagnosis.sentence.split(":")[0] in shown(diagnosis)
     path = tmp_path / "diagnosis.json"
