@@ -180,13 +180,17 @@ def label_turns(series: pd.DataFrame, turns: Turns) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class ResidualMoment:
-    """The residual moment at the pelvis, and the bounds below which it is okay."""
+    """The residual moment at the pelvis, and the bounds below which it is okay.
+
+    peak_at_s : when it is largest; None in older files
+    """
 
     peak_Nm: float | None = None
     rms_Nm: float | None = None
     peak_okay_below_Nm: float | None = None
     rms_okay_below_Nm: float | None = None
     verdict: Literal["good", "okay", "bad"] | None = None
+    peak_at_s: float | None = None
 
 
 def residual_moment(result: SimulationResult) -> ResidualMoment:
@@ -204,6 +208,7 @@ def residual_moment(result: SimulationResult) -> ResidualMoment:
         peak_okay_below_Nm=RESIDUAL_MOMENT["peak"][1],
         rms_okay_below_Nm=RESIDUAL_MOMENT["rms"][1],
         verdict=VERDICTS[max(grades)],
+        peak_at_s=float(result.time[np.argmax(size)]),
     )
 
 

@@ -65,7 +65,7 @@ def moment_sentence(summary: Summary) -> str:
     moment = summary.residual_moment
     if moment.rms_Nm is None or moment.peak_Nm is None:
         return ""
-    peak, rms = (f"the {name} ({value:.0f} N\u00a0m)" for name, value in _figures(moment))
+    peak, rms = (f"the {name} ({value:.0f} N\u00a0m{when})" for name, value, when in _figures(moment))
     peak_limit, rms_limit = (f"{RESIDUAL_MOMENT[name][1]:.0f} N\u00a0m" for name in ("peak", "rms"))
     beyond = beyond_limits(summary)
     if not beyond:
@@ -82,13 +82,15 @@ def _capital(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
-def _figures(moment: ResidualMoment) -> tuple[tuple[str, float], tuple[str, float]]:
-    return ("peak", moment.peak_Nm or 0.0), ("rms", moment.rms_Nm or 0.0)
+def _figures(moment: ResidualMoment) -> tuple[tuple[str, float, str], tuple[str, float, str]]:
+    """Return name, size (N m) and instant in words of peak and rms."""
+    when = "" if moment.peak_at_s is None else f" at {moment.peak_at_s:.1f}\u00a0s"
+    return ("peak", moment.peak_Nm or 0.0, when), ("rms", moment.rms_Nm or 0.0, "")
 
 
 def beyond_limits(summary: Summary) -> list[str]:
     """Return which of peak and rms of the residual moment exceed OpenSim's limits."""
-    return [name for name, value in _figures(summary.residual_moment) if value > RESIDUAL_MOMENT[name][1]]
+    return [name for name, value, _ in _figures(summary.residual_moment) if value > RESIDUAL_MOMENT[name][1]]
 
 
 def _stopped(summary: Summary) -> Verdict | None:

@@ -198,6 +198,8 @@ def test_residual_moment_is_graded(run: SimulationResult) -> None:
     assert moment.verdict == "okay"  # 50 is good as a peak and too much as a mean square
     assert residual_moment(replace(run, joint_moments=0.5 * run.joint_moments)).verdict == "good"
     assert residual_moment(replace(run, joint_moments=2.0 * run.joint_moments)).verdict == "bad"
+    stronger = np.where(np.arange(len(run.time)) == 7, 3.0, 1.0)[:, None] * run.joint_moments
+    assert residual_moment(replace(run, joint_moments=stronger)).peak_at_s == run.time[7]
 
 
 def test_series_carry_turn_and_phase(run: SimulationResult, turn_by_turn: Biomechanics) -> None:

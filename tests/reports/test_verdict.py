@@ -115,9 +115,10 @@ def test_the_worst_decides_and_of_equal_ones_the_first_check() -> None:
 
 
 def test_a_peak_that_fails_does_not_condemn_an_rms_that_passes() -> None:
-    verdict = verdict_of(a_summary(residual_moment={"peak_Nm": 82.0, "rms_Nm": 20.0, "verdict": "bad"}))
+    moment = {"peak_Nm": 82.0, "rms_Nm": 20.0, "verdict": "bad", "peak_at_s": 9.51}
+    verdict = verdict_of(a_summary(residual_moment=moment))
     assert verdict.reason == (
-        "The peak (82 N\u00a0m) exceeds OpenSim's limit of 75 N\u00a0m;"
+        "The peak (82 N\u00a0m at 9.5\u00a0s) exceeds OpenSim's limit of 75 N\u00a0m;"
         " the rms (20 N\u00a0m) is within its limit of 50 N\u00a0m."
     )
     assert verdict.level == "care"
