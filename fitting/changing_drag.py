@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.contact.terms.body_forces import PassingDrag
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, parts_in_cells
@@ -27,13 +28,16 @@ _MOST: Final = 60
 
 
 def responses_to_changing_drag(
-    model: Model, prepared: Prepared, observed: Callable[[Model, ReducedRun], Array], sigma: float
+    model: Model, prepared: Prepared, observed: Callable[[Model, ReducedRun], Array], sigma: float, size: int
 ) -> Array:
-    """Return (N, c) what a changing drag area does to what is ``observed`` (N,) of a run.  Its parts are independent,
-    each as large as usual: the area's standard deviation is ``sigma`` (m²), and it remembers itself for a second.
+    """Return (N, c) what a changing drag area does to what is ``observed`` (N,) of a run, N the ``size``.  Its parts are
+    independent, each as large as usual: the area's standard deviation is ``sigma`` (m²), and it remembers itself for a
+    second.  There are none where that is zero, nor on snow that edges cut, whose run has no such responses.
 
     Raises SimulationDiverged when the run does.
     """
+    if sigma == 0.0 or is_carved(model.terms):
+        return np.zeros((size, 0))
     edges = _cells(float(prepared.time[0]), float(prepared.time[-1]))
     number = NumberRef.of(name_in_model(model, PassingDrag()), "area")
     additions = [(add_part(model, PassingDrag(t0=begin, t1=end)), number) for begin, end in pairwise(edges.tolist())]

@@ -10,7 +10,6 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.advance import Advance, part_of, silent
 from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.errors import SimulationDiverged
@@ -222,7 +221,7 @@ def setting_of(
         unknowns=tuple({**usual, **given}.values()),
         errors=(*posture_errors(about, motion.start, motion.stop), *fast),
         mass=(recording.skier.mass, about.mass),
-        changing_drag=0.0 if is_carved(model.terms) else about.drag_area_wander,
+        changing_drag=about.drag_area_wander,
     )
 
 

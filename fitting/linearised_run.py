@@ -210,9 +210,8 @@ def linearise(setting: Setting, point: Point) -> Responses:
     by_number, by_error = np.split(columns, [len(setting.unknowns)], axis=1)
     by_error[seen.moments, :-1] += _own_moments(setting, model, posture, point)
     by_error[seen.moments, -1] = 0.0
-    by_drag = np.zeros((len(by_error), 0))
-    if setting.changing_drag > 0.0:
-        by_drag = responses_to_changing_drag(model, prepared, _observation(setting, point), setting.changing_drag)
+    observed = _observation(setting, point)
+    by_drag = responses_to_changing_drag(model, prepared, observed, setting.changing_drag, len(by_error))
     return Responses(by_number, by_error, by_drag, posture)
 
 

@@ -386,13 +386,17 @@ def _linear_by_waves(setting: Setting, point: Point, responses: Responses) -> Li
 
 @dataclass(frozen=True)
 class Solution:
-    """The linear problem's solution: the step of θ (k,), η (m,), θ's covariance and whose it is."""
+    """The linear problem's solution: the step of θ (k,), η (m,), θ's covariance and whose it is.
+
+    drag : (N, c) responses to the changing drag, in units of noise
+    """
 
     optimum: Optimum
     step: Array
     sizes: Array
     covariance: Array
     shares: Mapping[str, Array]
+    drag: Array
 
 
 def solve(setting: Setting, point: Point, responses: Responses, levels: NoiseLevels, damping: float = 0.0) -> Solution:
@@ -400,6 +404,7 @@ def solve(setting: Setting, point: Point, responses: Responses, levels: NoiseLev
     their priors' spread.
     """
     white = _whiten(setting, point, responses, levels)
+    drag = white.drag
     if damping > 0.0:
         white = white.held(np.sqrt(damping) / setting.sigmas, np.sqrt(damping), point.sizes)
     integrated = np.column_stack([white.errors, white.drag])
@@ -431,6 +436,7 @@ def solve(setting: Setting, point: Point, responses: Responses, levels: NoiseLev
         np.asarray(cho_solve(factor, integrated.T @ (white.residual - white.numbers @ step))[: white.errors.shape[1]]),
         covariance,
         _shares(setting, covariance, weighted, integrated),
+        drag,
     )
 
 
@@ -456,7 +462,7 @@ def _step(
     or the best of steps that are damped more and more (Levenberg and Marquardt).
     """
     before = setting.values(point.model)
-    drag = setting.seen.whiten(levels, responses.by_drag)
+    drag = solution.drag
     first = _misfit(setting, levels, before, point.sizes, point.predicted, drag)
     promised = first - solution.optimum.objective
     best, least = point, first

@@ -37,7 +37,7 @@ def test_parts_have_the_covariance_of_the_process() -> None:
 def test_responses_are_those_of_runs_with_that_area() -> None:
     motion, model = gliding.standing(SECONDS), gliding.model(speed=SPEED)
     prepared = prepare(model, motion)
-    columns = responses_to_changing_drag(model, prepared, speed_of, AREA)
+    columns = responses_to_changing_drag(model, prepared, speed_of, AREA, len(prepared.time))
     edges = np.linspace(prepared.time[0], prepared.time[-1], columns.shape[1] + 1)
     assert columns.shape[1] == round((prepared.time[-1] - prepared.time[0]) / CELL)
     areas = parts_in_cells(edges, ExponentialNoise(AREA, 1.0))
@@ -55,8 +55,13 @@ def test_responses_are_those_of_runs_with_that_area() -> None:
 
 def test_a_model_that_has_such_a_drag_may_have_more_of_it() -> None:
     motion, model = gliding.standing(1.0), gliding.model((*PAPER_TERMS, PassingDrag(0.1, 0.2, 0.6)), speed=SPEED)
-    columns = responses_to_changing_drag(model, prepare(model, motion), speed_of, AREA)
+    prepared = prepare(model, motion)
+    columns = responses_to_changing_drag(model, prepared, speed_of, AREA, len(prepared.time))
     assert np.all(columns[-1] < 0.0)
+    assert responses_to_changing_drag(model, prepared, speed_of, 0.0, len(prepared.time)).shape == (
+        len(prepared.time),
+        0,
+    )
 
 
 def test_it_slows_a_skier_down_by_the_formula() -> None:

@@ -239,9 +239,7 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, sought: 
     by_instrument = responses_of(probes, prepared, measurements)
     cuff = by_instrument[:, list(instruments).index(NumberRef.of(BootCuff.name, "share"))]
     latent = responses_of(LATENT_FORCE.probes(fitted), prepared, measurements)
-    by_drag = np.zeros((size, 0))
-    if about.drag_area_wander > 0.0:
-        by_drag = responses_to_changing_drag(model, prepared, measurements.predict, about.drag_area_wander)
+    by_drag = responses_to_changing_drag(model, prepared, measurements.predict, about.drag_area_wander, size)
     usual_cuff = 0.0 if any(isinstance(sensor, BootCuff) for sensor in stated.sensors) else USUAL_CUFF
     scales = [HEIGHT_ORIGIN, *numbers.values(), about.mass, *instruments.values()]
     scales += [1.0] * by_drag.shape[1]
