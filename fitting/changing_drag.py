@@ -30,9 +30,10 @@ _MOST: Final = 60
 def responses_to_changing_drag(
     model: Model, prepared: Prepared, observed: Callable[[Model, ReducedRun], Array], sigma: float, size: int
 ) -> Array:
-    """Return (N, c) what a changing drag area does to what is ``observed`` (N,) of a run, N the ``size``.  Its parts are
-    independent, each as large as usual: the area's standard deviation is ``sigma`` (m²), and it remembers itself for a
-    second.  There are none where that is zero, nor on snow that edges cut, whose run has no such responses.
+    """Return (N, c) what a changing drag area does to what is ``observed`` of a run, (N,), N being the ``size``.
+
+    Its parts are independent, each as large as usual: the area's standard deviation is ``sigma`` (m²), and it remembers
+    itself for a second.  There are none where that is zero, nor on snow that edges cut, whose runs have no derivatives.
 
     Raises SimulationDiverged when the run does.
     """
