@@ -7,7 +7,7 @@ from pathlib import Path
 
 from sssi_exudyn.api.arguments import AnyPath
 from sssi_exudyn.api.result import Result, result_of
-from sssi_exudyn.commands.runs import Outcome, write_outcome
+from sssi_exudyn.commands.outcome import Outcome, write_outcome
 from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.recording.recording import Recording

@@ -46,7 +46,8 @@ def muscles(
     from sssi_exudyn.api.progress import progress_of
     from sssi_exudyn.api.result import Result, load_result, result_of
     from sssi_exudyn.commands.muscles_command import add_to_folder, add_to_run
-    from sssi_exudyn.commands.runs import Made, lock_of
+    from sssi_exudyn.commands.outcome import Made
+    from sssi_exudyn.commands.runs import lock_of
     from sssi_exudyn.muscle_forces.of_result import muscles_of
     from sssi_exudyn.recording.recording import Recording
     from sssi_exudyn.results.folder import SUMMARY

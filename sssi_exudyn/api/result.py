@@ -16,7 +16,8 @@ import pandas as pd
 from sssi_exudyn.analysis.biomechanics import ResidualMoment, TurnFigures
 from sssi_exudyn.api.result_plots import ResultPlots
 from sssi_exudyn.api.result_tables import ResultTables, with_units
-from sssi_exudyn.commands.runs import Made, write_report
+from sssi_exudyn.commands.outcome import Made
+from sssi_exudyn.commands.pages import write_report
 from sssi_exudyn.core.checked import checked
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.text import one_line

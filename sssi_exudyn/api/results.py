@@ -55,7 +55,7 @@ def report(results: Results, out: Annotated[AnyPath, Option(metavar="FILE")]) ->
     """
     from sssi_exudyn import commands
     from sssi_exudyn.api.result import Result, load_result
-    from sssi_exudyn.commands.runs import write_report
+    from sssi_exudyn.commands.pages import write_report
     from sssi_exudyn.sweeps.sweep import is_sweep
 
     given = list(results) if isinstance(results, Sequence) and not isinstance(results, str) else [results]

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from sssi_exudyn.commands.catalogue import data_dictionary, hypotheses, identify, terms
     from sssi_exudyn.commands.diagnosis import diagnose_day, diagnose_known
     from sssi_exudyn.commands.examples import example
+    from sssi_exudyn.commands.pages import report, validate
     from sssi_exudyn.commands.recordings import inspect, terrain
-    from sssi_exudyn.commands.runs import report, validate
 
 __all__ = [
     "data_dictionary",
@@ -34,7 +34,7 @@ _MODULES = {
     "diagnosis": ("diagnose_day", "diagnose_known"),
     "examples": ("example",),
     "recordings": ("inspect", "terrain"),
-    "runs": ("report", "validate"),
+    "pages": ("report", "validate"),
 }
 
 

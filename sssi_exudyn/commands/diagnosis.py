@@ -12,16 +12,9 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.commands.expected import expected_seconds
+from sssi_exudyn.commands.outcome import Made, Outcome, write_outcome
 from sssi_exudyn.commands.recordings import SILENT, read_folder
-from sssi_exudyn.commands.runs import (
-    CACHE,
-    Made,
-    Outcome,
-    cache_in,
-    chosen_seconds,
-    lock_of,
-    write_outcome,
-)
+from sssi_exudyn.commands.runs import CACHE, cache_in, chosen_seconds, lock_of
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.new_files import check_no_link
 from sssi_exudyn.io.typed import convert, read_json

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from sssi_exudyn.commands.runs import Made
+from sssi_exudyn.commands.outcome import Made
 from sssi_exudyn.muscle_forces.of_result import MuscleRun, add_muscles, muscle_figures, storage_texts
 from sssi_exudyn.reports.report import render_folder
 from sssi_exudyn.results.folder import SERIES, amend_result

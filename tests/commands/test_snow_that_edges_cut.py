@@ -12,7 +12,8 @@ from bundled import EXAMPLES, bundled
 from no_plots import without_plots
 
 import sssi_exudyn
-from sssi_exudyn.commands.runs import Outcome, add_terms, write_outcome
+from sssi_exudyn.commands.outcome import Outcome, write_outcome
+from sssi_exudyn.commands.runs import add_terms
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.model.from_recording import model_of

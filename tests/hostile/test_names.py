@@ -60,7 +60,7 @@ def test_a_page_that_cannot_be_is_refused_before_it_is_made(
     tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "a file").write_bytes(b"")
-    monkeypatch.setattr("sssi_exudyn.commands.runs.read_run", lambda _: pytest.fail("the name comes first"))
+    monkeypatch.setattr("sssi_exudyn.commands.pages.read_run", lambda _: pytest.fail("the name comes first"))
     assert status_of(["report", str(tmp_path), "--out", str(tmp_path / name)]) == 2
 
 

@@ -26,7 +26,7 @@ from tiny import Tiny
 
 import sssi_exudyn
 from sssi_exudyn.bodies.skier.chain import average_geometry, geometry_to_dict
-from sssi_exudyn.commands.runs import report, validate
+from sssi_exudyn.commands.pages import report, validate
 from sssi_exudyn.io import parquet
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.reports.plots import svg

@@ -17,7 +17,7 @@ from fuzz_uses import resume_without_runs
 from limited import run_limited
 from tiny import Tiny
 
-from sssi_exudyn.commands.runs import report
+from sssi_exudyn.commands.pages import report
 
 Spoil = Callable[[Path], object]
 

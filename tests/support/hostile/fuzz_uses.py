@@ -15,7 +15,7 @@ from sssi_exudyn.bodies.ski.bench_tests import read_measurements
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.ski import read_ski
 from sssi_exudyn.commands.diagnosis import diagnose_known
-from sssi_exudyn.commands.runs import report, validate
+from sssi_exudyn.commands.pages import report, validate
 from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.importing.answers import Answers
