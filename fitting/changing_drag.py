@@ -43,7 +43,7 @@ def responses_to_changing_drag(
     number = NumberRef.of(name_in_model(model, PassingDrag()), "area")
     additions = [(add_part(model, PassingDrag(t0=begin, t1=end)), number) for begin, end in pairwise(edges.tolist())]
     by_area = responses_to_additions(additions, prepared, observed)
-    return np.asarray(by_area @ parts_in_cells(edges, ExponentialNoise(sigma, _MEMORY)))
+    return np.asarray(by_area @ parts_in_cells(edges, ExponentialNoise(sigma, _MEMORY), _CELL))
 
 
 def _cells(begin: float, end: float) -> Array:

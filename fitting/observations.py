@@ -305,19 +305,22 @@ class Observation:
         place = predict_fixes(model, time, antenna, self.times["x"])
         heights = place[: len(self.times["height"]), 2]
         speed = np.gradient(antenna, time, axis=0) @ slope_to_level(model.inclination).T
-        at = self.times["speed_x"] - float(np.real(model.start.clock_offset))
-        moving = [np.interp(at, time, column) for column in speed[:, :2].T]
+        moving = _interpolate(self.times["speed_x"] - model.start.clock_offset, time, speed[:, :2]).T
         loads = insole_loads(model, time, sole, self.times["load"])
         return np.concatenate([*place[:, :2].T, heights, *moving, total_and_difference(loads)])
 
     def weighed(self, residual: Array, levels: NoiseLevels) -> Observation:
         """Return the same with less weight for rows that a residual (N,) shows far off, except fixes, which have their
-        counts.  A ski strikes a bump, an insole slips: that lasts; a height is far off for itself alone.
+        counts.  A ski strikes a bump, an insole slips: that lasts; a height is far off for itself alone, and from the
+        median of all, as heights count from an origin that is not known.
         """
         more = np.ones(len(residual))
         for name, place in self.blocks.items():
             if name not in BLOCKS_OF["gps"]:
-                far = residual[place] / (self.scale.total[place] * levels.of(name).sigma)
+                off = residual[place]
+                if name == "height" and len(off):
+                    off = off - np.median(off)
+                far = off / (self.scale.total[place] * levels.of(name).sigma)
                 more[place] = 1.0 / np.sqrt(tail_weight(far**2, 1))
         lasting = more.copy()
         lasting[self.blocks["height"]] = 1.0

@@ -101,7 +101,7 @@ def latent_forces(stretch: Stretch, rest: Array) -> tuple[Array, Array]:
     white = stretch.white(geometry.by_body)
     cleared = stretch.known.remove_from(white)
     gram = white.T @ cleared
-    prior = latent_covariance(geometry.middles, *THRESHOLDS.usual_force)
+    prior = latent_covariance(geometry.edges, *THRESHOLDS.usual_force, held=THRESHOLDS.cell)
     pull = white.T @ rest
     gain, of_none = gain_of(prior, gram, np.zeros(len(prior)))  # the same in all runs
     forces = gain @ pull

@@ -124,7 +124,7 @@ def evidence_of(stretch: Stretch, rest: Array) -> Evidence:
     any_form: list[Array] = []
     next_to_any: dict[str, list[Array]] = {name: [] for name in names}
     for weight, kept, size, memory in _forms(geometry.middles):
-        covariance_before = latent_covariance(geometry.middles, size, memory)[np.ix_(kept, kept)]
+        covariance_before = latent_covariance(geometry.edges, size, memory, THRESHOLDS.cell)[np.ix_(kept, kept)]
         acting = newtons[:, kept] @ np.linalg.cholesky(covariance_before + 1e-9 * size**2 * np.eye(len(kept)))
         of_force = known.remove_from(acting)
         inside, pulled = acting.T @ of_force, acting.T @ rest

@@ -129,10 +129,30 @@ def log_divisors(time: Array, noise: ExponentialNoise) -> float:
     return len(time) * float(np.log(noise.sigma)) + 0.5 * float(np.sum(np.log(-np.expm1(-2.0 * decay))))
 
 
-def parts_in_cells(edges: Array, noise: ExponentialNoise) -> Array:
-    """Return (c, c) independent parts of a process in the cells between ``edges`` (c + 1,) s: a column each."""
-    middles, alike = 0.5 * (edges[1:] + edges[:-1]), np.ones(len(edges) - 1)
-    return np.asarray(np.linalg.cholesky(uneven_covariance(middles, noise, Scale(alike, alike))))
+def parts_in_cells(edges: Array, noise: ExponentialNoise, held: float) -> Array:
+    """Return (c, c) independent parts of ``covariance_in_cells``: a column each."""
+    return np.asarray(np.linalg.cholesky(covariance_in_cells(edges, noise, held)))
+
+
+def covariance_in_cells(edges: Array, noise: ExponentialNoise, held: float) -> Array:
+    """Return the covariance (c, c) of a process' means over the cells between ``edges`` (c + 1,) s.
+
+    The process stays the same for ``held`` (s) at a time.  So a cell of that length has its variance, and a longer one
+    less: its mean is that of n independent steps of h s, with ρ = exp(−h/T) from one to the next.
+
+        σ² (n + 2 Σ (n − k) ρᵏ) / n²   within a cell, k from 1 to n − 1
+        σ² g gᵀ exp(−Δ/T)   between middles that are Δ apart,   g = sinh(n h / 2T) / (n sinh(h / 2T))
+    """
+    lengths, middles = np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
+    steps = np.maximum(1.0, np.round(lengths / held))
+    decay = lengths / (steps * noise.correlation_time)
+    ratio = np.exp(-decay)
+    longer = (ratio * (steps - 1.0) - steps * ratio**2 + ratio ** (steps + 1.0)) / (1.0 - ratio) ** 2
+    gain = np.sinh(0.5 * steps * decay) / (steps * np.sinh(0.5 * decay))
+    apart = np.abs(middles[:, None] - middles) / noise.correlation_time
+    covariance = np.outer(gain, gain) * np.exp(-apart)
+    np.fill_diagonal(covariance, (steps + 2.0 * longer) / steps**2)
+    return np.asarray(noise.sigma**2 * covariance)
 
 
 def uneven_covariance(time: Array, noise: ExponentialNoise, scale: Scale) -> Array:

@@ -1,5 +1,7 @@
 """Statistics of autocorrelated noise, tested on noise that was drawn with known parameters."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -8,13 +10,18 @@ from sssi_exudyn.core.noise import (
     ExponentialNoise,
     autocorrelation_time,
     chi_square_per_dof,
+    covariance_in_cells,
     effective_samples,
     fit_noise,
+    parts_in_cells,
     tail_weight,
     whiten,
 )
 
 NOISE = ExponentialNoise(sigma=0.3, correlation_time=2.0)
+
+HELD = 0.4
+"""s for which a process stays the same."""
 
 
 def covariance(time: Array, noise: ExponentialNoise) -> Array:
@@ -32,6 +39,26 @@ def test_whitened_squares_are_the_full_covariances_quadratic_form() -> None:
     residual = rng.normal(size=60)
     dense = residual @ np.linalg.solve(covariance(time, NOISE), residual)
     assert np.sum(whiten(time, residual, NOISE) ** 2) == pytest.approx(dense, rel=1e-9)
+
+
+@pytest.mark.parametrize("lengths", [(0.4, 0.4, 0.4), (1.2, 1.2), (0.4, 2.0, 0.8, 10.0)])
+def test_cells_have_the_means_of_a_process_in_steps(lengths: tuple[float, ...]) -> None:
+    edges = np.concatenate([[0.0], np.cumsum(lengths)])
+    steps = np.arange(0.5 * HELD, edges[-1], HELD)
+    means = np.array([(steps > begin) & (steps < end) for begin, end in itertools.pairwise(edges)], dtype=float)
+    means /= means.sum(axis=1, keepdims=True)
+    expected = means @ covariance(steps, NOISE) @ means.T
+    np.testing.assert_allclose(covariance_in_cells(edges, NOISE, HELD), expected, rtol=1e-9)
+    parts = parts_in_cells(edges, NOISE, HELD)
+    np.testing.assert_allclose(parts @ parts.T, expected, rtol=1e-9)
+
+
+def test_long_cells_of_a_short_memory_stay_finite() -> None:
+    edges = np.linspace(0.0, 1200.0, 49)
+    variances = np.diag(covariance_in_cells(edges, ExponentialNoise(1.0, 0.3), HELD))
+    # 62 steps of 0.4 s, next ones correlated by ρ = exp(−4/3): (1 + ρ) / (1 − ρ) / 62, less what is lost at the ends
+    ratio = np.exp(-HELD / 0.3)
+    assert variances == pytest.approx((1.0 + ratio) / (1.0 - ratio) / 62.0, rel=0.02)
 
 
 def test_white_noise_is_only_scaled() -> None:

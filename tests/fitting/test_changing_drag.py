@@ -28,7 +28,7 @@ def speed_of(model: Model, run: ReducedRun) -> Array:
 
 def test_parts_have_the_covariance_of_the_process() -> None:
     edges = np.array([0.0, 0.5, 1.0, 1.8, 2.0])
-    parts = parts_in_cells(edges, ExponentialNoise(AREA, 1.0))
+    parts = parts_in_cells(edges, ExponentialNoise(AREA, 1.0), 0.8)
     middles = 0.5 * (edges[1:] + edges[:-1])
     expected = AREA**2 * np.exp(-np.abs(middles[:, None] - middles))
     np.testing.assert_allclose(parts @ parts.T, expected, rtol=1e-12)
@@ -40,7 +40,7 @@ def test_responses_are_those_of_runs_with_that_area() -> None:
     columns = responses_to_changing_drag(model, prepared, speed_of, AREA, len(prepared.time))
     edges = np.linspace(prepared.time[0], prepared.time[-1], columns.shape[1] + 1)
     assert columns.shape[1] == round((prepared.time[-1] - prepared.time[0]) / CELL)
-    areas = parts_in_cells(edges, ExponentialNoise(AREA, 1.0))
+    areas = parts_in_cells(edges, ExponentialNoise(AREA, 1.0), CELL)
     ends = list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
     for k in (0, 3):
         speeds = []

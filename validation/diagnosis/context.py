@@ -211,7 +211,9 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, sought: 
     """
     measurements, prepared, about = problem.measurements, problem.prepared, problem.about
     run = simulate_reduced(model, prepared)
-    fitted = FittedRun(model, prepared, run, measurements, measurements.predict(model, run))
+    fitted = FittedRun(
+        model, prepared, run, measurements, measurements.predict(model, run), thresholds=problem.thresholds
+    )
     size = len(measurements.measured)
     height = np.zeros(size)
     height[measurements.blocks["height"]] = 1.0
@@ -238,26 +240,24 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, sought: 
     probes = [probe for name in instruments for probe in probes_by(model, parts[name.owner], [name.key])]
     by_instrument = responses_of(probes, prepared, measurements)
     cuff = by_instrument[:, list(instruments).index(NumberRef.of(BootCuff.name, "share"))]
-    latent = responses_of(LATENT_FORCE.probes(fitted), prepared, measurements)
     by_drag = responses_to_changing_drag(model, prepared, measurements.predict, about.drag_area_wander, size)
     usual_cuff = 0.0 if any(isinstance(sensor, BootCuff) for sensor in stated.sensors) else USUAL_CUFF
     scales = [HEIGHT_ORIGIN, *numbers.values(), about.mass, *instruments.values()]
     scales += [1.0] * by_drag.shape[1]
-    force = _null_force(fitted, latent)
+    force = _null_force(fitted)
     free = Freedom(np.column_stack([height, by_number, by_mass, by_instrument, by_drag]), np.array(scales))
     mean = usual_cuff * cuff - by_number @ moved - by_error @ sizes[:-1] - about.mass * sizes[-1] * by_mass[:, 0]
     return Nuisances(free, fewer_columns(measurements, by_error), by_wave, force, np.asarray(mean))
 
 
-def _null_force(fitted: FittedRun, latent: Array) -> Array:
+def _null_force(fitted: FittedRun) -> Array:
     """Return (N, k) what the force that every explanation has does to the measurements, each column for a usual one;
     k is 0 where explanations have none.
-
-    latent : (N, 3·c) responses to a newton down the fall line, to the left and away from the snow in each cell
     """
     usual = fitted.measurements.usual.null_force
     if usual is None:
         return np.zeros((len(fitted.prediction), 0))
-    one = parts_in_cells(fitted.time_edges, ExponentialNoise(usual.size, usual.memory))
+    latent = responses_of(LATENT_FORCE.probes(fitted), fitted.prepared, fitted.measurements)
+    one = parts_in_cells(fitted.time_edges, ExponentialNoise(usual.size, usual.memory), fitted.thresholds.cell)
     lower = np.kron(np.eye(len(LATENT_FORCE.keys)), one)
     return fewer_columns(fitted.measurements, latent @ lower)

@@ -49,7 +49,7 @@ def form_error(
     moved : (N,) what the finding does to the measurements of ``linear``
     by_force : (N, 3·c) responses to a newton of a latent force in the cells between ``edges`` (c + 1,) s
     """
-    prior = latent_covariance(0.5 * (edges[1:] + edges[:-1]), *thresholds.following_force)
+    prior = latent_covariance(edges, *thresholds.following_force, held=thresholds.cell)
     white = whiten_columns(linear, levels, np.column_stack([moved, by_force]))
     gram, pull = white[:, 1:].T @ white[:, 1:], white[:, 1:].T @ white[:, 0]
     force = np.linalg.solve(np.eye(len(prior)) + prior @ gram, prior @ pull)

@@ -13,7 +13,7 @@ Were the force the snow's, it would act on the feet, and each sole would carry i
 it.  Whether it is the snow's does not follow from the two Bayes factors: a force on the feet has twice the freedom, and
 takes up errors of the soles' loads as well.
 
-Source: Rasmussen and Williams 2006, ch. 2; Benjamini and Hochberg 1995.
+Source: Rasmussen and Williams 2006, ch. 2; Benjamini and Yekutieli, Ann. Statist. 29 (2001) 1165.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import ExponentialNoise, covariance_in_cells
 from sssi_exudyn.fitting.evidence import LinearModel, uncertain, whiten_columns
 from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.observations import late_averages, total_and_difference
@@ -147,9 +148,11 @@ def forms_of(fitted: FittedRun, parts: int) -> tuple[list[Array], list[Array]]:
     three directions, and in one of them alone.
     """
     edges, thresholds = fitted.time_edges, fitted.thresholds
-    cells, middles = len(edges) - 1, 0.5 * (edges[1:] + edges[:-1])
+    cells = len(edges) - 1
     alike = [
-        latent_covariance(middles, size, time) for size in thresholds.force_sizes for time in thresholds.force_memories
+        latent_covariance(edges, size, time, thresholds.cell)
+        for size in thresholds.force_sizes
+        for time in thresholds.force_memories
     ]
     every = [np.asarray(np.kron(np.eye(parts) / parts, covariance), dtype=np.float64) for covariance in alike]
     ways = np.kron(np.eye(len(DIRECTIONS)), np.ones(cells))
@@ -229,18 +232,18 @@ def placebos(fitted: FittedRun, responses: Array) -> Array:
     be; ``responses`` as in ``missing_force``.
     """
     edges = fitted.time_edges
-    lower = np.linalg.cholesky(latent_covariance(0.5 * (edges[1:] + edges[:-1]), *fitted.thresholds.usual_force))
+    lower = np.linalg.cholesky(latent_covariance(edges, *fitted.thresholds.usual_force, held=fitted.thresholds.cell))
     draws = np.random.default_rng(PLACEBO_SEED).normal(size=(lower.shape[0], PLACEBOS))
     return np.asarray(responses @ (lower @ draws))
 
 
-def latent_covariance(middles: Array, size: float, time: float) -> Array:
+def latent_covariance(edges: Array, size: float, time: float, held: float) -> Array:
     """Return the prior covariance (3·c, 3·c) N² of a missing force, in its three directions in c cells.
 
-    middles : (c,) s of the cells;  size, time : N, and s for which the force keeps its direction
+    edges : (c + 1,) s of the cells;  size, time : N, and s for which the force keeps its direction
+    held : s for which it stays the same, as long as usual cells; longer ones, of long runs, have its means
     """
-    apart = np.abs(middles[:, None] - middles[None, :])
-    return np.asarray(np.kron(np.eye(3), size**2 * np.exp(-apart / time)))
+    return np.asarray(np.kron(np.eye(3), covariance_in_cells(edges, ExponentialNoise(size, time), held)))
 
 
 def _standing_out(force: Array, under_noise: Array, thresholds: Thresholds) -> tuple[Array, NDArray[np.bool_]]:

@@ -251,14 +251,14 @@ def _forms(geometry: Geometry, known: Uncertain, by_force: Array, thresholds: Th
 
     by_force : (N, 9·cells) what newtons on the body and on each foot do, in units of noise
     """
-    sizes, middles = thresholds.force_sizes, geometry.middles
+    sizes, edges = thresholds.force_sizes, geometry.edges
     newtons = geometry.by_body.shape[1]
     ways = {"any": np.ones(3), **dict(zip(DIRECTIONS, np.eye(3), strict=True))}
     families: list[_Family] = []
 
     def add(name: str, first: int, ways: Array, memory: float) -> None:
-        kept = np.flatnonzero(np.repeat(ways, len(middles)))
-        covariance = latent_covariance(middles, 1.0, memory)[np.ix_(kept, kept)]
+        kept = np.flatnonzero(np.repeat(ways, len(edges) - 1))
+        covariance = latent_covariance(edges, 1.0, memory, thresholds.cell)[np.ix_(kept, kept)]
         lower = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
         white = by_force[:, first + kept] @ lower
         gram = white.T @ known.remove_from(white)

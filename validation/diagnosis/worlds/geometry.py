@@ -98,7 +98,7 @@ def geometry_of(
     if len(fitted.measurements.windows):
         carried = carried_by_soles(fitted, course)
     thresholds, run = fitted.thresholds, fitted.run
-    prior = latent_covariance(middles, *thresholds.following_force)
+    prior = latent_covariance(edges, *thresholds.following_force, held=thresholds.cell)
     white = whiten_columns(linear, levels, by_body)
     weighed = whiten_columns(linear, levels, np.eye(len(by_body)))
     following = np.linalg.solve(np.eye(len(prior)) + prior @ (white.T @ white), prior @ (white.T @ weighed))

@@ -171,6 +171,6 @@ def strengths_about(shown: Array) -> tuple[float, float]:
 def _smoother(geometry: Geometry, known: Uncertain, thresholds: Thresholds) -> Array:
     """Return what makes a force (3·c, N) of measurements without what is uncertain; it has the prior of placebos."""
     white = whiten_columns(geometry.linear, geometry.levels, geometry.by_body)
-    prior = latent_covariance(geometry.middles, *thresholds.usual_force)
+    prior = latent_covariance(geometry.edges, *thresholds.usual_force, held=thresholds.cell)
     gain, _ = gain_of(prior, white.T @ known.remove_from(white), np.zeros(len(prior)))
     return np.asarray(gain @ white.T)
