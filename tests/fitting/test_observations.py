@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from bundled import bundled
 
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import Scale, uneven_covariance
 from sssi_exudyn.fitting.evidence import Freedom, LinearProblem, log_evidence
 from sssi_exudyn.fitting.noise import HEIGHT_ORIGIN, usual_levels
@@ -73,6 +74,46 @@ def test_heights_of_a_run_are_predicted_as_the_diagnosis_predicts_them() -> None
     for name, block in problem.measurements.blocks.items():
         np.testing.assert_array_equal(ours[seen.blocks[name]], theirs[block])
         np.testing.assert_array_equal(seen.measured[seen.blocks[name]], problem.measurements.measured[block])
+
+
+def test_a_late_clock_moves_the_receiver_s_speeds_too() -> None:
+    """The derivative by a complex step is that of two runs; both interpolate linearly, within one step of the run."""
+    recording, motion = bundled("beginner")
+    assert recording.gps is not None
+    n = len(recording.gps.time)
+    recording = replace(recording, gps=replace(recording.gps, speed=np.full(n, 5.0), course=np.zeros(n)))
+    motion = replace(motion, stop=motion.start + SECONDS)
+    model = model_of(recording, motion)
+    seen = observation_of(recording, model, motion, np.ones(n))
+    run = simulate_reduced(model, prepare(model, motion, step=0.01))
+
+    def predicted(late: complex) -> Array:
+        # between two instants of the run, where its interpolation has a corner
+        clock = replace(model.start, clock_offset=0.003 + late)  # type: ignore[arg-type]
+        return seen.predict_instruments(replace(model, start=clock), run.time, run.antenna, run.sole_force)
+
+    step = 1e-3
+    by_clock = np.imag(predicted(1e-30j)) / 1e-30
+    both = (predicted(step) - predicted(-step)) / (2.0 * step)
+    for name in ("x", "y", "speed_x", "speed_y"):
+        block = seen.blocks[name]
+        assert np.abs(both[block]).max() > 1.0
+        np.testing.assert_allclose(by_clock[block], both[block], rtol=1e-6, atol=1e-6)
+
+
+def test_heights_count_alike_wherever_they_count_from() -> None:
+    seen = observed(comparing=True)
+    levels = seen.usual
+    residual = np.zeros(len(seen.measured))
+    block = seen.blocks["height"]
+    residual[block] = 0.3 * levels.height.sigma * np.sin(np.arange(block.stop - block.start))
+    residual[block.start + 3] += 20.0 * levels.height.sigma
+    higher = residual.copy()
+    higher[block] += 1.0
+    one, other = (seen.weighed(r, levels).scale.total[block] for r in (residual, higher))
+    np.testing.assert_allclose(one, other)
+    assert np.argmax(one) == 3
+    assert one[3] > 3.0 * np.median(one)
 
 
 def test_where_heights_count_from_is_not_known() -> None:
