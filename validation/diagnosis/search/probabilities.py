@@ -33,7 +33,9 @@ def probabilities(
     behind = thresholds.temper * (np.max(evidence) - evidence)
     logs = np.log(shares) - behind
     if log_natural is not None:
-        own = np.log(thresholds.natural * prior) - behind[1:] + log_natural
-        logs[0] = np.logaddexp.reduce([logs[0], *own])
+        shapes = np.count_nonzero(np.isfinite(log_natural))
+        if shapes:  # that nothing is missing has its prior probability with and without a roll of the slope's own
+            own = np.log(thresholds.natural * prior / shapes) - behind[1:] + log_natural
+            logs[0] = np.logaddexp.reduce([logs[0] + np.log1p(-thresholds.natural), *own])
     odds = np.exp(logs - logs.max())
     return np.asarray(odds / odds.sum())

@@ -26,10 +26,17 @@ def test_what_may_be_the_slopes_own_counts_for_nothing_missing() -> None:
     # of the same density either way it is the slope's own as often as slopes have one
     prior = THRESHOLDS.nothing
     share = (1.0 - prior) * WEIGHTS[0] / WEIGHTS.sum()
-    of_slope = (own[0] - plain[0] * own[1] / plain[1]) / own[1]
+    without = (1.0 - THRESHOLDS.natural) * plain[0] * own[1] / plain[1]
+    of_slope = (own[0] - without) / own[1]
     assert of_slope == pytest.approx(THRESHOLDS.natural * prior / share)
     # the others keep their odds
     assert own[2] / own[1] == pytest.approx(plain[2] / plain[1])
+
+
+@pytest.mark.parametrize("log_natural", [(0.0, 0.0), (0.0, -np.inf)])
+def test_measurements_that_tell_nothing_leave_the_prior(log_natural: tuple[float, float]) -> None:
+    after = probabilities(0.0, np.zeros(2), WEIGHTS, log_natural=np.array(log_natural))
+    assert after[0] == pytest.approx(THRESHOLDS.nothing)
 
 
 def test_without_such_it_is_as_it_was() -> None:
