@@ -45,6 +45,7 @@ from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import (
     fit_own_numbers,
     fit_to_all,
     numbers_of,
+    on_one_snow,
     responses,
 )
 from sssi_exudyn.validation.diagnosis.state import fitted_run, last_estimate, linear_model
@@ -187,6 +188,7 @@ def find_law(
     It is fitted with the real term where none is less than half probable among the sums.
     """
     progress(None, "a law of friction that is in no list")
+    runs_alone = on_one_snow(runs_alone)
     thresholds = runs_alone[0].problem.thresholds
     feet = [_feet(own) for own in runs_alone]
     away = [downhill(own, runs_alone[0]) for own in runs_alone]

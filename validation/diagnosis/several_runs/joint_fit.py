@@ -283,12 +283,28 @@ def responses(runs_alone: Sequence[SeparateFit], laws: Sequence[Law]) -> list[li
     return by_run
 
 
+def on_one_snow(runs_alone: Sequence[SeparateFit]) -> list[SeparateFit]:
+    """Return runs of which all know the same of the day's numbers beforehand: what the first one does.
+
+    Recordings may state the snow differently, or one of them may not state it.  Numbers are shared as distances from
+    their prior's mean in its standard deviations, so that these have to be alike.
+    """
+    known = {p.names: p.prior for p in runs_alone[0].fit.parameters if p.names[0] in SHARED}
+
+    def knowing(own: SeparateFit) -> SeparateFit:
+        parameters = tuple(replace(p, prior=known.get(p.names, p.prior)) for p in own.fit.parameters)
+        return replace(own, fit=replace(own.fit, parameters=parameters))
+
+    return [knowing(own) for own in runs_alone]
+
+
 def compare_for_day(runs_alone: Sequence[SeparateFit], progress: Advance = silent) -> list[DayExplanation]:
     """Compare everything that can act on all runs alike, and nothing, the most probable first; without a law whose fit
     to all is physically impossible.
 
     What was found in one run alone, a gust or a late clock, stays with it.
     """
+    runs_alone = on_one_snow(runs_alone)
     first, thresholds = runs_alone[0], runs_alone[0].problem.thresholds
     fitted = fitted_run(first.problem, first.state, first.fit)
     laws = [

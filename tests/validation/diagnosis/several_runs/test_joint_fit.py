@@ -15,6 +15,7 @@ from scipy.stats import norm
 
 from sssi_exudyn.contact.terms.friction_corrections import SpeedDependentFriction
 from sssi_exudyn.fitting.evidence import Freedom, log_evidence
+from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.io.writing import to_json
 from sssi_exudyn.model.from_recording import model_of
@@ -29,10 +30,13 @@ from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import (
     DayExplanation,
     DayRun,
     compare_for_day,
+    day_run,
     joint_evidence,
+    on_one_snow,
 )
 from sssi_exudyn.validation.diagnosis.several_runs.second_pass import Pass, SamePlace
 from sssi_exudyn.validation.diagnosis.state import fitted_run
+from sssi_exudyn.validation.diagnosis.state import linear_model as linear_of_run
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
 
@@ -104,6 +108,20 @@ def test_two_runs_find_what_the_first_does_not(monkeypatch: pytest.MonkeyPatch) 
     assert half < 0.5 * law.b
     assert slope.unit == "s/m"
     assert best.fitted
+    # a second run whose snow was stated otherwise has the same numbers beforehand in the comparison
+    stated = tuple(
+        replace(p, prior=Prior(0.5 * p.prior.mean, 0.5 * p.prior.sigma)) if p.names[0] in joint_fit.SHARED else p
+        for p in own[1].fit.parameters
+    )
+    otherwise = [own[0], replace(own[1], fit=replace(own[1].fit, parameters=stated))]
+    one, other = (
+        joint_evidence(
+            [day_run(r, linear_of_run(r.problem, r.state, r.fit), r.state.levels) for r in on_one_snow(runs)]
+        )
+        for runs in (own, otherwise)
+    )
+    assert other[0] == pytest.approx(one[0], rel=1e-9)
+    np.testing.assert_allclose(other[1], one[1], rtol=1e-9)
     # shared numbers and the runs' own are fitted in turns: from a standard deviation away they come back
     hypothesis = next(steady for steady in STEADY_LAWS if steady.name == best.name)
     fitted_first = fitted_run(own[0].problem, own[0].state, own[0].fit)
