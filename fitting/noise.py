@@ -3,7 +3,8 @@
 Every noise is exponentially correlated (``core.noise``).  Its ``size`` is a share of what the recording states of the
 instrument, or of the load; ``memory`` is its correlation time.  What a run shows of both is sought by
 ``evidence.best_levels``: beforehand their logarithms are normal about the declared values with ``size_spread`` and
-``memory_spread``, and they stay within the declared bounds, three spreads to either side.
+``memory_spread``, and they stay within the declared bounds, three spreads to either side;
+a residual moment may have 6.5, as a posture or snow that is not the model's leaves far more than is usual.
 
 How the values were chosen, and on which recordings: ``docs/notebook/uncertainty.md``, "The noise of instruments".
 """

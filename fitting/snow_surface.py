@@ -27,6 +27,7 @@ from sssi_exudyn.recording.recording import NEARBY, Elevations, Recording
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
 from sssi_exudyn.terrain.elevation_model import open_elevations
 from sssi_exudyn.terrain.from_heights import (
+    HEIGHT,
     LEAST,
     Estimate,
     Heights,
@@ -90,7 +91,7 @@ def _noticed(recording: Recording) -> Noticed:
 class SurfaceProcess:
     """The snow surface of a run as a process of which the heights are one measurement among others.
 
-    amplitude : m, by which the waves of such a surface usually leave the plane
+    amplitude : m, of the waves; they leave the plane by ``HEIGHT`` times as much
     surface : an estimate of it; the modes are those of before any height was known, the first two the plane's tilt
     ground : what an elevation model makes of it, or the level plane
     places : (p, 2) m along the run's path and around it
@@ -174,7 +175,7 @@ def _estimate(model: Model, recording: Recording, motion: Motion) -> _Found | No
         return _Found(heights, estimate_surface(heights), empty, np.zeros(empty.mean.shape))
     ground, *along = _ground(model, recording.gps, recording.elevations, heights, empty)
     over = [replace(run, height=run.height - z) for run, z in zip((heights, *heights.others), along, strict=True)]
-    estimate = estimate_surface(replace(over[0], others=tuple(over[1:])), recording.elevations.sigma)
+    estimate = estimate_surface(replace(over[0], others=tuple(over[1:])), recording.elevations.sigma / HEIGHT)
     return _Found(heights, estimate, empty, ground - along[0][0])
 
 

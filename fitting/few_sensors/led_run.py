@@ -6,7 +6,7 @@ that is added by braking, b, and the turn h of the whole posture about gravity. 
 (n to its left), its slope's pull, and friction that rises with speed by B,
 
     d(place)/dt = v t + V h n
-    dv/dt = −g (b + B v) − g sin α cos α (f · n) h
+    dv/dt = −g (b + B v) + g sin α cos α (f · n) h
 
 are what small b and h change of place and speed v; f points down the slope.  b, h, and the fixes' slow error are
 exponentially correlated.  A Kalman smoother (Rauch, Tung and Striebel 1965) finds the most likely of them from the

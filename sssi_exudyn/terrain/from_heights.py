@@ -32,9 +32,11 @@ OFFSET: Final = 10.0
 TILT: Final = float(np.radians(1.0))
 """Prior standard deviation of inclination and cross slope, rad, as of a stated slope."""
 AMPLITUDE: Final = (0.3, 1.0)
-"""Usual deviation of a groomed slope from its plane, m, and the standard deviation of its logarithm."""
+"""Usual amplitude of a groomed slope's waves, m, and the standard deviation of its logarithm."""
 WAVES: Final = ((0.33, 6.0), (0.67, 15.0), (1.33, 40.0))
 """Share of the slope's amplitude in its waves, and their length (m): waves of each length make slopes alike."""
+HEIGHT: Final = float(np.sqrt(sum(share**2 for share, _ in WAVES)))
+"""Root mean square height of such waves over the slope's plane, per metre of amplitude."""
 STEEPNESS: Final = float(np.sqrt(5.0 / 3.0 * sum((share / length) ** 2 for share, length in WAVES)))
 """Root mean square slope of such waves per metre of amplitude, 1/m (of Matérn 5/2, √(5/3)/length)."""
 _AMPLITUDES: Final = (0.003, 5.0)
@@ -229,7 +231,7 @@ class Estimate:
         """Return the standard deviation (n,) m at ``nodes`` (n, 2), relative to the mean height along the path."""
         with_path, along_path = self._cross(nodes), self._cross(self.heights.places)
         cross = with_path - along_path.mean(axis=0)
-        own = self.amplitude**2 * sum(share**2 for share, _ in WAVES) + TILT**2 * np.sum(nodes**2, axis=1)
+        own = (HEIGHT * self.amplitude) ** 2 + TILT**2 * np.sum(nodes**2, axis=1)
         count = len(self.heights.time)
         prior = own - 2.0 * with_path[:, :count].mean(axis=1) + along_path[:, :count].mean()
         explained = np.sum(cross * cho_solve((self._solved[0], True), cross.T).T, axis=1)
@@ -281,7 +283,8 @@ def level_surface(heights: Heights) -> Surface:
 def estimate_surface(heights: Heights, usual: float = AMPLITUDE[0]) -> Estimate:
     """Estimate the posterior of the surface from its heights.
 
-    ``usual`` (m) is the usual deviation of such a surface from the plane, or from whatever else the heights count from.
+    ``usual`` (m) is the usual amplitude of such a surface's waves over the plane, or over whatever else the heights
+    count from; they leave it by ``HEIGHT`` times as much.
 
     Raises ValueError for fewer heights than ``LEAST``.
     """
