@@ -9,9 +9,10 @@ A skier brakes by choice, so that friction varies along a run:
 
     μ = μ̄ + c (mean slope − slope) + (κ/g) (v − mean speed) + noise
 
-c is the share of a change of slope that the skier brakes away, κ the rate at which the speed returns to its mean.
-The slope is dz/ds, negative downhill.  Slope and noise are exponentially correlated.  Gauss-Newton finds the most likely run: its curvature has a band of
-constant width with a border of the run's own numbers, so that memory and work grow with the run's length alone.
+c is the share of a change of slope that the skier brakes away, κ the rate at which the speed returns to its mean.  The
+slope is dz/ds, negative downhill.  Slope and noise are exponentially correlated.  Gauss-Newton finds the most likely
+run: its curvature has a band of constant width with a border of the run's own numbers, so that memory and work grow
+with the run's length alone.
 
 Sources: Särkkä, Bayesian Filtering and Smoothing (2013), ch. 10; priors: docs/notebook/real-runs.md.
 """
@@ -32,7 +33,9 @@ from sssi_exudyn.fitting.objective import Prior
 STEP: Final = 0.5
 """s between nodes: receivers give a fix a second, turns last two and more."""
 FRICTION: Final = Prior(0.12, 0.1)
-"""μ̄: from gliding (0.02 to 0.14, Wolfsperger et al., Front. Mech. Eng. 7 (2021) 728722) to a snowplough (0.2 and more)."""
+"""μ̄: from gliding (0.02 to 0.14, Wolfsperger et al., Front. Mech. Eng. 7 (2021) 728722) to a snowplough (0.2 and
+more).
+"""
 HOLDING: Final = Prior(float(np.log(0.25)), 0.5)
 """Logarithm of κ in 1/s: speeds of phones' runs return within two to eight seconds."""
 BRAKED: Final = Prior(1.15, 0.15)
