@@ -3,8 +3,8 @@
     τ = Σ [(c − p) × m (a − g) + d(I ω)/dt] − Σ feet [(x − p) × F + M] − Σ segments (x − p) × D − (c − p) × B
 
 over the body's segments and the skis, p the pelvis, F and M what the snow does to a ski, D the air's forces, B those on
-the centre of mass; a pole's acts at its hand instead.  Skis are points here, as fast as their feet:
-that they turn takes 5 N m at most in the bundled beginner's run.  Where a heading is found, what the body does is that of its captured
+the centre of mass; a pole's acts at its hand instead.  Skis are points here, as fast as their feet: that they turn
+takes 5 N m at most in the bundled beginner's run.  Where a heading is found, what the body does is that of its captured
 posture, turned by Ψ about the vertical u: with J and L its inertia and its own angular momentum about p,
 
     R(Ψ) [own + d(J u Ψ̇)/dt + Ψ̇ u × (L + J u Ψ̇)]
