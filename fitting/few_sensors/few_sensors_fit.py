@@ -46,6 +46,7 @@ from sssi_exudyn.recording.few_sensors.posture_model import CLEAR_LEAN
 from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.recording import FILE, Recording
 from sssi_exudyn.simulation.full.forces_numpy import ArrayLaws
+from sssi_exudyn.simulation.heading import HEADING
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
@@ -65,6 +66,8 @@ _LEAST_HOLDING: Final = 0.005
 """s/m; friction by speed below which a correction of mu_t is not taken for larger than it is."""
 _UNCONFIRMED: Final = 2.5
 """Standard deviations of the balance beyond which the simulated run does not confirm it: one run in eighty."""
+_TURNED_FAR: Final = 1.0
+"""rad; a posture that has to turn farther does not follow the fixes: no skis point so far from their path."""
 _REASONS: Final = {True: "converged: the objective no longer changes", False: "stopped: too many iterations"}
 
 
@@ -93,7 +96,14 @@ class FewSensorsFit:
     @property
     def unconfirmed(self) -> str:
         """Return why the reduced model's run does not confirm the balance, in one sentence; "" where it does."""
-        path = self.path
+        path, posture = self.path, self.fitted.model.posture
+        turned = np.zeros(1) if posture is None else np.abs(posture.angles[:, HEADING])
+        if posture is not None and turned.max() > _TURNED_FAR:
+            return (
+                f"the simulated run cannot follow the fixes: at {posture.time[turned.argmax()]:.0f} s the posture would"
+                f" have to turn by {np.degrees(_TURNED_FAR):.0f}° or more; compare the friction of the balance along"
+                " the measured path"
+            )
         if abs(self.confirmed - path.effective) < _UNCONFIRMED * path.effective_sigma:
             return ""
         return (

@@ -34,6 +34,8 @@ from sssi_exudyn.simulation.heading import HEADING, Turn
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
+_MOST_TURN: Final = 1.5
+"""rad by which the posture is turned at most: skis that point farther from the path were not skied."""
 _BRAKING: Final = ExponentialNoise(0.045, 5.0)
 """Braking that lasts for turns: as strong, over a minute, as that of ``path_balance`` (0.08 for 1.5 s)."""
 _TURN_MEMORY: Final = 3.0
@@ -192,6 +194,7 @@ def _on_knots(time: Array, state: Array) -> tuple[Array, Array]:
     """Return knots (k,) s, and the state with turn and braking as broken lines through values at these knots."""
     knots = np.linspace(time[0], time[-1], max(2, round(float(np.ptp(time)) / SPACING) + 1))
     lines = make_lsq_spline(time, state[:, [_TURN, _BRAKE]], np.r_[knots[0], knots, knots[-1]], k=1).c
+    lines[:, 0] = np.clip(lines[:, 0], -_MOST_TURN, _MOST_TURN)
     about = quantities(Braking)["delta_mu"]
     lines[:, 1] = np.clip(lines[:, 1], about.low, about.high)
     state = state.copy()

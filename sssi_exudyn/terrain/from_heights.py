@@ -14,6 +14,7 @@ Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Final
@@ -69,6 +70,10 @@ _STANDING: Final = 0.1
 """Speed, m/s, below which a path has no direction."""
 _SPACING: Final = 2.0
 """Distance between nodes, m: the shortest wave has 2.5 nodes."""
+_MOST_NODES: Final = 300_000
+"""Maximum number of nodes, of a square kilometre; over more ground they are farther apart."""
+_BLOCK: Final = 2_000_000
+"""Numbers of a covariance with nodes that are held at a time: 16 MB."""
 _MARGIN: Final = 15.0
 """Margin around the path, m: for skis, a track that is off by metres, and enough nodes that the border has no effect.
 """
@@ -150,7 +155,8 @@ class Estimate:
 
     def mean(self, places: Array) -> Array:
         """Return the mean height (m,) m over the slope's plane at ``places`` (m, 2), up to a constant."""
-        return np.asarray(self._cross(places) @ self._solved[1])
+        solved = self._solved[1]
+        return _in_blocks(lambda block: self._cross(block) @ solved, places, len(solved))
 
     def covariance(self, places: Array) -> Array:
         """Return the covariance (m, m) m² of the surface at ``places`` (m, 2), relative to their mean height."""
@@ -203,7 +209,10 @@ class Estimate:
         unknown = OFFSET**2 + _EXACT**2 * np.eye(len(places))
         known = cholesky(_with_tilt(waves, places, places) + unknown, lower=True)
         follow = cho_solve((known, True), modes(places, waves).T).T
-        on_nodes, at_first = (modes(at, _of_waves(at, places, self.amplitude)) for at in (nodes, first))
+        on_nodes, at_first = (
+            _in_blocks(lambda block: modes(block, _of_waves(block, places, self.amplitude)), at, len(places))
+            for at in (nodes, first)
+        )
         shown = on_nodes - at_first
         smooth = gain - cho_solve((self._solved[0], True), self._cross(first).T).T
         amounts = follow @ smooth @ self.heights.all_heights
@@ -229,13 +238,17 @@ class Estimate:
 
     def _deviation(self, nodes: Array) -> Array:
         """Return the standard deviation (n,) m at ``nodes`` (n, 2), relative to the mean height along the path."""
-        with_path, along_path = self._cross(nodes), self._cross(self.heights.places)
-        cross = with_path - along_path.mean(axis=0)
-        own = (HEIGHT * self.amplitude) ** 2 + TILT**2 * np.sum(nodes**2, axis=1)
-        count = len(self.heights.time)
-        prior = own - 2.0 * with_path[:, :count].mean(axis=1) + along_path[:, :count].mean()
-        explained = np.sum(cross * cho_solve((self._solved[0], True), cross.T).T, axis=1)
-        return np.asarray(np.sqrt(np.maximum(prior - explained, 0.0)))
+        along_path, count = self._cross(self.heights.places), len(self.heights.time)
+
+        def deviation(block: Array) -> Array:
+            with_path = self._cross(block)
+            cross = with_path - along_path.mean(axis=0)
+            own = (HEIGHT * self.amplitude) ** 2 + TILT**2 * np.sum(block**2, axis=1)
+            prior = own - 2.0 * with_path[:, :count].mean(axis=1) + along_path[:, :count].mean()
+            explained = np.sum(cross * cho_solve((self._solved[0], True), cross.T).T, axis=1)
+            return np.asarray(np.sqrt(np.maximum(prior - explained, 0.0)))
+
+        return _in_blocks(deviation, nodes, along_path.shape[1])
 
     def _modes(self, nodes: Array, noticed: Noticed) -> Array:
         """Return the posterior's Karhunen–Loève modes (k, n) m at ``nodes`` (n, 2).
@@ -246,8 +259,12 @@ class Estimate:
         measured = table @ self._cross(around)
         gain = cho_solve((self._solved[0], True), measured.T)
         sizes, shapes = self._leading(table @ self._prior(around, around) @ table.T - measured @ gain)
-        covariance = self._prior(nodes, around) @ table.T - self._cross(nodes) @ gain
-        return np.asarray((covariance @ shapes / sizes).T)
+
+        def modes(block: Array) -> Array:
+            covariance = self._prior(block, around) @ table.T - self._cross(block) @ gain
+            return np.asarray((covariance @ shapes / sizes).T)
+
+        return _in_blocks(modes, nodes, len(around))
 
     def _noticed(self, noticed: Noticed) -> tuple[Array, Array]:
         """Return places (p, 2) m along the path and around it, and the effects (r, p) of a surface's heights there.
@@ -277,7 +294,16 @@ class Estimate:
 
 def level_surface(heights: Heights) -> Surface:
     """Return a level surface over the path and around it."""
-    return surface_over(heights.places, _SPACING, _MARGIN)
+    area = float(np.prod(np.ptp(heights.places[:, :2], axis=0) + 2.0 * _MARGIN))
+    return surface_over(heights.places, max(_SPACING, float(np.sqrt(area / _MOST_NODES))), _MARGIN)
+
+
+def _in_blocks(of: Callable[[Array], Array], places: Array, others: int) -> Array:
+    """Return what ``of`` makes of ``places`` (n, 2), the last axis being theirs, a block of them at a time: it forms
+    covariances with ``others`` places.
+    """
+    rows = max(1, _BLOCK // others)
+    return np.concatenate([of(places[begin : begin + rows]) for begin in range(0, len(places), rows)], axis=-1)
 
 
 def estimate_surface(heights: Heights, usual: float = AMPLITUDE[0]) -> Estimate:

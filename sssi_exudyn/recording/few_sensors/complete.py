@@ -18,7 +18,15 @@ from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.core.frames import BODY_FROM_BVH, GRAVITY, Array, level_to_enu
 from sssi_exudyn.core.rotations import lowpass
 from sssi_exudyn.recording.few_sensors.attitude import Alignment, Attitude, align_sensor, attitude_of
-from sssi_exudyn.recording.few_sensors.course import Course, Lag, find_lag, fused_course, skiing_stretch, velocity_of
+from sssi_exudyn.recording.few_sensors.course import (
+    Course,
+    Lag,
+    find_lag,
+    fused_course,
+    note_what_is_left_out,
+    skiing_stretch,
+    velocity_of,
+)
 from sssi_exudyn.recording.few_sensors.posture_model import (
     FLEXION,
     Body,
@@ -151,7 +159,7 @@ def complete(imus: tuple[Imu, ...], gps: Gps, ground: Ground, body: Body) -> Com
         bvh = capture_from_posture(posture, frames, time, body.height)
         swing = _swing(bvh, gps, body, ground.azimuth)
     measured, assumed, sigma = _sources_of_posture(feet, trunk, course, lag)
-    notes += _describe(imus, attitudes, seen, lag, course, posture)
+    notes += _describe(imus, attitudes, seen, lag, course, posture) + note_what_is_left_out(gps, first, last)
     return Completed(
         bvh=bvh,
         gps=gps,

@@ -98,6 +98,27 @@ def skiing_stretch(time: Array, speed: Array, height: Array) -> tuple[float, flo
     raise SssiError(f"the fixes are never faster than {SLOWEST:g} m/s for five seconds")
 
 
+def note_what_is_left_out(gps: Gps, first: float, last: float) -> list[str]:
+    """Return a sentence on the time before and after the stretch of skiing from ``first`` to ``last`` (s) in which the
+    skier goes down as well; none where he hardly does.
+    """
+    inside = gps.between(first, last)
+    apart = (gps.enu[gps.time <= first, 2], gps.enu[gps.time >= last, 2])
+    drops = [float(heights[0] - heights[-1]) if len(heights) > 1 else 0.0 for heights in apart]
+    lengths = (first - float(gps.time[0]), float(gps.time[-1]) - last)
+    left_out = [
+        f"{length:.0f} s {side} it, {drop:.0f} m down"
+        for length, drop, side in zip(lengths, drops, ("before", "after"), strict=True)
+        if length > _REST and drop > _LEVEL
+    ]
+    if not left_out or not np.any(inside):
+        return []
+    return [
+        f"the run is {first:.1f} to {last:.1f} s; {' and '.join(left_out)}, are left out, as the skier is slow for more"
+        f" than {_REST:g} s in between: cut the files there and import that part as a run of its own"
+    ]
+
+
 def velocity_of(gps: Gps) -> Array:
     """Return the velocity (n, 2) m/s, north and east, at the fixes.
 

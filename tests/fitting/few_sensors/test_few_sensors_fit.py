@@ -13,6 +13,7 @@ from strapped import write_few
 
 from sssi_exudyn.analysis.skiing import recorded_turns
 from sssi_exudyn.analysis.turns import find_turns
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.noise import ExponentialNoise
 from sssi_exudyn.fitting.few_sensors.few_sensors_fit import (
@@ -27,6 +28,7 @@ from sssi_exudyn.fitting.first_fit import COARSE_STEP, problem_of
 from sssi_exudyn.fitting.misfit import believable_fit, why_missed
 from sssi_exudyn.fitting.parameters import posture_errors
 from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.few_sensors.complete import FootSigma
@@ -35,6 +37,7 @@ from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.sections.few_sensors import few_sensors
 from sssi_exudyn.results.posture import posture_figures, second_half_table
+from sssi_exudyn.simulation.heading import HEADING
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
@@ -119,6 +122,16 @@ def test_the_models_run_confirms_the_balance(case: tuple[Recording, Motion, FewS
 
 
 @pytest.mark.long
+def test_a_posture_that_would_have_to_turn_far_is_said(case: tuple[Recording, Motion, FewSensorsFit]) -> None:
+    fit = case[2]
+    angles = np.zeros((3, len(PRESCRIBED)))
+    angles[1, HEADING] = -1.2
+    turned = PostureCorrection(np.array([0.0, 5.0, 10.0]), angles)
+    model = replace(fit.fitted.model, posture=turned)
+    doubt = replace(fit, fitted=replace(fit.fitted, model=model)).unconfirmed
+    assert "at 5 s the posture would have to turn by 57° or more" in doubt
+
+
 def test_a_track_that_few_sensors_do_not_explain_leaves_no_standard_errors(
     case: tuple[Recording, Motion, FewSensorsFit],
 ) -> None:

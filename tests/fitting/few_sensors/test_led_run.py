@@ -114,6 +114,17 @@ def test_a_run_that_is_right_is_left_alone(skied: tuple[Model, Motion, ReducedRu
 
 
 @pytest.mark.long
+def test_fixes_that_no_skier_follows_turn_him_within_bounds(skied: tuple[Model, Motion, ReducedRun]) -> None:
+    """They run aside at 40 m/s for two seconds: the posture would turn by more than a model's file may hold."""
+    run = skied[2]
+    time = np.arange(run.time[0], run.time[-1], 1.0)
+    aside = np.stack([np.zeros(len(time)), 40.0 * np.clip(time - 4.0, 0.0, 2.0)], axis=1)
+    led, _, _, _ = led_to(skied, run, aside)
+    assert led.posture is not None
+    assert 1.0 < np.max(np.abs(led.posture.angles)) <= 1.5
+
+
+@pytest.mark.long
 def test_an_error_of_all_fixes_moves_the_start_and_not_the_skier(skied: tuple[Model, Motion, ReducedRun]) -> None:
     run = skied[2]
     led, _, _, slower = led_to(skied, run, np.full((1000, 2), [0.3, -0.2]))

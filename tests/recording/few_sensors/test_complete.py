@@ -16,7 +16,7 @@ from sssi_exudyn.model.from_recording import first_guess
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.few_sensors.attitude import align_sensor, attitude_of
 from sssi_exudyn.recording.few_sensors.complete import use_barometer_heights
-from sssi_exudyn.recording.few_sensors.course import find_lag, skiing_stretch
+from sssi_exudyn.recording.few_sensors.course import find_lag, note_what_is_left_out, skiing_stretch
 from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.instruments.imu import Barometer, Imu, read_barometer, read_imu
 from sssi_exudyn.recording.read import read_recording
@@ -101,6 +101,20 @@ def test_the_skiing_is_the_longest_stretch_at_speed() -> None:
     assert skiing_stretch(time, speed, -time) == (21.0, 79.0)
     with pytest.raises(SssiError, match="never faster"):
         skiing_stretch(time, np.full(100, 0.3), -time)
+
+
+def test_what_is_skied_beyond_a_rest_is_said() -> None:
+    time = np.arange(0.0, 200.0)
+    enu = np.stack([5.0 * time, 0.0 * time, -time], axis=1)
+    gps = Gps(time, enu, np.full(200, 3.0), (47.0, 11.0, 2000.0), "Hips", np.zeros(3))
+    assert note_what_is_left_out(gps, 0.0, 199.0) == []
+    assert note_what_is_left_out(gps, 3.0, 196.0) == []  # a few seconds
+    (note,) = note_what_is_left_out(gps, 0.0, 120.0)
+    assert "79 s after it, 79 m down, are left out" in note
+    both = note_what_is_left_out(gps, 50.0, 120.0)[0]
+    assert "50 s before it, 50 m down and 79 s after it" in both
+    level = replace(gps, enu=enu * [1.0, 1.0, 0.0])
+    assert note_what_is_left_out(level, 0.0, 120.0) == []  # a lift's queue
 
 
 def test_a_longer_way_up_is_no_skiing() -> None:
