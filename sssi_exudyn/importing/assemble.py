@@ -240,6 +240,12 @@ def _write(made: Path, material: Material, answers: Answers) -> None:
         (made / MOTION).write_text(bvh_text(material.bvh), encoding="utf-8")
     notes += tuple(note for log in logs for note in log.notes)
     notes += () if material.insoles is None else material.insoles.notes
+    if material.insoles is not None and sources.insoles is not None:
+        notes += (
+            f"{one_line(sources.insoles.name)}: its clock is taken to count from the same zero as"
+            f" {one_line(sources.first.name)}'s, as no file says otherwise; where they were started later, give"
+            " [insoles] time_offset_s in recording.toml",
+        )
     _check_answers(material, answers)
     names = ", ".join(one_line(path.name) for path in sources.given)
     settings: dict[str, Any] = {

@@ -9,6 +9,7 @@ import pytest
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.terrain import from_heights
 from sssi_exudyn.terrain.from_heights import WAVES, Estimate, Heights, Noticed, estimate_surface, level_surface
 from sssi_exudyn.terrain.surface import Surface
 
@@ -289,3 +290,29 @@ def test_modes_hold_what_changes_the_speed() -> None:
         for noticed in (Noticed(0.5), Noticed(0.5, speed=0.05))
     )
     assert by_speed > by_track
+
+
+@pytest.mark.parametrize("process", [False, True])
+def test_a_surface_is_the_same_in_blocks_of_nodes(monkeypatch: pytest.MonkeyPatch, process: bool) -> None:
+    time, places = track()
+    heights = measured(np.random.default_rng(5), hill(np.random.default_rng(6), places, 0.3, 15.0), time, places)
+    estimate, empty = Estimate(heights, 0.3, np.ones(len(time))), level_surface(heights)
+    noticed = Noticed(place=0.02, speed=0.05)
+
+    def made() -> Surface:
+        return estimate.process(empty, noticed)[0] if process else estimate.surface(empty, noticed)
+
+    whole = made()
+    monkeypatch.setattr(from_heights, "_BLOCK", 4000)
+    in_blocks = made()
+    assert len(whole.modes) > 2
+    for name in ("mean", "deviation", "modes"):
+        np.testing.assert_allclose(getattr(in_blocks, name), getattr(whole, name), rtol=1e-7, atol=1e-9)  # rounding
+
+
+def test_a_wide_slope_has_a_bounded_number_of_nodes() -> None:
+    time = np.arange(0.0, 600.0)
+    places = np.stack([9.0 * time, 5.0 * time], axis=1)
+    surface = level_surface(Heights(time, places, 0.0 * time, np.ones(600), ExponentialNoise(1.0, 3.0)))
+    assert surface.mean.size < 310_000  # 16 km²; a row and a column more than the area has
+    assert surface.nodes().max(axis=0) == pytest.approx(places.max(axis=0) + 15.0, abs=surface.spacing)

@@ -64,6 +64,11 @@ def test_an_export_becomes_part_of_a_recording(tmp_path: Path) -> None:
     made = import_recording([folder / "motion.bvh", folder / "gps.csv", export], tmp_path / "out", replace(ANSWERS))
     assert made.insoles is not None
     assert np.mean(made.insoles.left + made.insoles.right) == pytest.approx(70.0 * GRAVITY, rel=1e-3)
+    # no file ties the two clocks: that they are one is said
+    (note,) = (note for note in made.notices if "its clock is taken" in note)
+    assert "opengo.txt" in note
+    assert "motion.bvh" in note
+    assert "[insoles] time_offset_s" in note
 
 
 def test_other_texts_are_none(tmp_path: Path) -> None:
