@@ -102,9 +102,9 @@ def _add_sentence(log: _Log, sentence: Any, number: int) -> None:  # Any: the li
             np.hypot(float(sentence.std_dev_latitude), float(sentence.std_dev_longitude)) / np.sqrt(2.0)
         )
     elif kind == "RMC":
-        if log.first_day is None and isinstance(sentence.datestamp, date):
-            log.first_day = sentence.datestamp - timedelta(days=log.days)
-        if sentence.status == "A":
+        if sentence.status == "A":  # without a fix a receiver's calendar stands at its own zero
+            if log.first_day is None and isinstance(sentence.datestamp, date):
+                log.first_day = sentence.datestamp - timedelta(days=log.days)
             log.speed_course[moment] = (_KNOT * _number(sentence.spd_over_grnd), _number(sentence.true_course))
     elif not sentence.gps_qual:
         log.without_fix.append(f"line {number}")

@@ -78,6 +78,20 @@ def test_nmea_torn_and_lost_sentences_are_left_out_and_noted(tmp_path: Path) -> 
     assert any("1 of 243 sentence(s) without a fix" in note and "line 81" in note for note in fixes.notes)
 
 
+def signed(body: str) -> str:
+    """Return a sentence with its checksum."""
+    return f"${body}*{int(np.bitwise_xor.reduce(np.frombuffer(body.encode(), np.uint8))):02X}"
+
+
+def test_the_calendar_of_a_receiver_without_a_fix_is_no_date(tmp_path: Path) -> None:
+    """At a cold start the clock stands at the receiver's own zero until the satellites set it."""
+    cold = [signed(f"GPRMC,23594{second}.00,V,,,,,,,050180,,,N") for second in range(6)]
+    fixes = read_fixes(write(tmp_path, "cold.nmea", "\r\n".join([*cold, nmea(track())])))
+    assert fixes.began == pytest.approx(START.timestamp(), abs=1e-6)
+    alone = "\r\n".join([*cold, *(line for line in nmea(track()).split("\r\n") if "RMC" not in line)])
+    assert read_fixes(write(tmp_path, "alone.nmea", alone)).began is None
+
+
 def test_tcx_speed_torn_end_and_points_without_a_place(tmp_path: Path) -> None:
     text = tcx(track(), speed=7.25)
     fixes = read_fixes(write(tmp_path, "watch.tcx", text))
