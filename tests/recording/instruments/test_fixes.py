@@ -208,6 +208,39 @@ def test_fit_speed_and_records_without_a_place(tmp_path: Path) -> None:
     assert any("1 of 10 record(s) without a fix" in note for note in fixes.notes)
 
 
+@pytest.mark.parametrize(
+    ("ties", "late"),
+    [
+        (("timestamp_correlation",), 0.0),
+        (("gps_metadata",), -0.25),  # its UTC has whole seconds only
+        (("gps_metadata", "timestamp_correlation"), 0.0),
+    ],
+)
+def test_fit_of_a_clock_since_power_on_has_the_date_of_a_message_with_both(
+    tmp_path: Path, ties: tuple[str, ...], late: float
+) -> None:
+    fixes = read_fixes(write(tmp_path, "camera.fit", fit(track(10), uptime=67, ties=ties)))
+    assert fixes.began == pytest.approx(START.timestamp() + late, abs=1e-6)
+    np.testing.assert_allclose(fixes.columns["time_s"], np.arange(9.0), atol=1e-6)
+    assert not [note for note in fixes.notes if "no date" in note]
+
+
+def test_fit_of_a_clock_since_power_on_alone_has_no_date(tmp_path: Path) -> None:
+    fixes = read_fixes(write(tmp_path, "camera.fit", fit(track(10), uptime=67)))
+    assert fixes.began is None
+    np.testing.assert_allclose(fixes.columns["time_s"], np.arange(9.0))
+    assert [note for note in fixes.notes if "no date: its clock counts from power-on" in note]
+    tied = fit(track(10), ties=("timestamp_correlation",))  # no message about the time since power-on
+    assert read_fixes(write(tmp_path, "watch.fit", tied)).began == pytest.approx(START.timestamp())
+
+
+def test_fit_without_heights_is_not_without_places(tmp_path: Path) -> None:
+    columns = track(10)
+    content = fit(columns | {"altitude_m": np.full(len(columns["time_s"]), np.nan)})
+    with pytest.raises(InputError, match=r"9 records have a place, but only 0 of them a height; export .* GPX or TCX"):
+        read_fixes(write(tmp_path, "watch.fit", content))
+
+
 def test_phone_accuracy_is_a_radius_and_poor_fixes_go(tmp_path: Path) -> None:
     fixes = read_fixes(write(tmp_path, "Location.csv", phone(track(), radius=4.5)))
     rng = np.random.default_rng(1)
