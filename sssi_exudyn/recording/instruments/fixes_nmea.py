@@ -98,9 +98,8 @@ def _add_sentence(log: _Log, sentence: Any, number: int) -> None:  # Any: the li
         log.days += 1
         moment += 86400.0
     if kind == "GST":
-        log.spread[moment] = float(
-            np.hypot(float(sentence.std_dev_latitude), float(sentence.std_dev_longitude)) / np.sqrt(2.0)
-        )
+        north, east = _number(sentence.std_dev_latitude), _number(sentence.std_dev_longitude)
+        log.spread[moment] = float(np.hypot(north, east) / np.sqrt(2.0))
     elif kind == "RMC":
         if sentence.status == "A":  # without a fix a receiver's calendar stands at its own zero
             if log.first_day is None and isinstance(sentence.datestamp, date):
