@@ -92,6 +92,27 @@ def test_the_calendar_of_a_receiver_without_a_fix_is_no_date(tmp_path: Path) -> 
     assert read_fixes(write(tmp_path, "alone.nmea", alone)).began is None
 
 
+def test_sentences_among_binary_messages_of_the_receiver_are_read(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    text, log = nmea(track()), b""
+    for line in text.splitlines(keepends=True):
+        log += b"\xb5b\x02\x15" + rng.bytes(80) + b"$GPGGA,$\xd3\n" + line.encode()
+    whole, mixed = (read_fixes(write(tmp_path, f"{n}.nmea", content)) for n, content in enumerate((text, log)))
+    for name, column in whole.columns.items():
+        np.testing.assert_array_equal(mixed.columns[name], column)
+    assert mixed.began == whole.began
+    assert any("% of its bytes are binary and not read" in note for note in mixed.notes)
+    torn = log.replace(text.splitlines()[41].encode(), text.splitlines()[41].replace(",8.00,", ",9.00,").encode())
+    notes = read_fixes(write(tmp_path, "torn.nmea", torn)).notes
+    assert any("1 of 243 sentence(s) that are torn" in note and "line 42" in note for note in notes)
+
+
+def test_bytes_without_a_sentence_are_no_log(tmp_path: Path) -> None:
+    for content in (b"\xb5b" + b"$" * 90_000, b"\xb5b$GPGGA," + b"1" * 90_000, nmea(track()).encode("utf-16")):
+        with pytest.raises(InputError, match="not UTF-8"):
+            read_fixes(write(tmp_path, "a.nmea", content))
+
+
 def test_tcx_speed_torn_end_and_points_without_a_place(tmp_path: Path) -> None:
     text = tcx(track(), speed=7.25)
     fixes = read_fixes(write(tmp_path, "watch.tcx", text))
