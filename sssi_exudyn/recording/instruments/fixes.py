@@ -228,7 +228,8 @@ def fixes_of_rows(
         fix = f"export the run again, with the {name} of every record"
         repairs.add_at(f"{records} without a {name}", lost, places, most=UNKNOWN, fix=fix)
     whole = np.all(known, axis=1)
-    repairs.check_rest(int(np.count_nonzero(whole)), "export the run alone, with time, place and height of every record")
+    fix = "export the run alone, with time, place and height of every record"
+    repairs.check_rest(int(np.count_nonzero(whole)), fix)
     columns = {"time_s": values[whole, 0] - zero}
     for name, column in zip((*REQUIRED[1:], *OPTIONAL), values.T[1:], strict=False):
         if name in REQUIRED or np.any(np.isfinite(column)):
