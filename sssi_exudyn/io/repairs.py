@@ -44,6 +44,7 @@ class Repairs:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._notes: list[str] = []
+        self._lost: list[str] = []
 
     def add(
         self,
@@ -73,7 +74,8 @@ class Repairs:
         if len(places) > most * total:
             problem = f"{len(places)} of {total} {what}, more than the {100.0 * most:.0f} % that are repaired"
             raise InputError(self.path, places[0], problem, fix)
-        self._notes.append(f"{self.path.name}: {len(places)} of {total} {what} {done} (first: {places[0]})")
+        self._lost.append(f"{len(places)} of {total} {what}")
+        self._notes.append(f"{self.path.name}: {self._lost[-1]} {done} (first: {places[0]})")
 
     def add_at(
         self,
@@ -87,6 +89,14 @@ class Repairs:
     ) -> None:
         """Note a repair of the records that are ``bad`` (n,); ``places`` (n) and the rest are as in ``add``."""
         self.add(what, [places[row] for row in np.flatnonzero(bad).tolist()], len(bad), done=done, most=most, fix=fix)
+
+    def check_rest(self, count: int, fix: str) -> None:
+        """Raise InputError where repairs, each within its share, together left less than three records, ``count``.
+
+        fix : what the user can do
+        """
+        if self._lost and count < 3:
+            raise InputError(self.path, "", f"{'; '.join(self._lost)}: the {count} others are no recording", fix)
 
     def add_all(self, words: str) -> None:
         """Note a repair of the whole file."""

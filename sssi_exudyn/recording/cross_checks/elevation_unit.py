@@ -1,4 +1,4 @@
-"""The heights of an elevation model against those of the fixes over it: feet or decimetres for metres."""
+"""The heights of an elevation model against those of the fixes over it: feet or decimetres for metres, in either."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from sssi_exudyn.terrain.elevation_model import open_elevations
 
 _UNITS: Final = {"feet": 0.3048, "decimetres": 0.1, "centimetres": 0.01}
 """Metres in the units in which models come without saying so."""
+_FOOT: Final = 0.3048
+"""Metres in the other unit in which fixes come."""
 _MOST: Final = 300
 """Maximum number of fixes that are compared."""
 _HIGH: Final = 300.0
@@ -46,13 +48,14 @@ class ElevationUnit:
         if abs(ratio - 1.0) < _SIGMAS * sigma:
             return ()
         high = float(np.median(altitude)) / float(np.median(ground)) if float(np.median(ground)) > _HIGH else np.nan
-        shown = f"the path falls {1.0 / max(ratio, 1e-3):.2f} times as much on it as by the fixes"
-        for unit, metres in _UNITS.items():
-            same_height, same_fall = abs(high / metres - 1.0) < 0.05, abs(ratio / metres - 1.0) < 0.15
-            if same_fall and (same_height or sigma < 0.2 * metres):
+        shown = f"the path falls {1.0 / max(ratio, 1e-3):.2f} times as much on the elevation model as by the fixes"
+        suspects = [(elevations.path, "band 1", unit, metres, metres) for unit, metres in _UNITS.items()]
+        suspects.append((evidence.files["gps"], "column altitude_m", "feet", 1.0 / _FOOT, _FOOT))
+        for path, place, unit, expected, metres in suspects:
+            same_height, same_fall = abs(high / expected - 1.0) < 0.05, abs(ratio / expected - 1.0) < 0.15
+            if same_fall and (same_height or sigma < 0.2 * expected):
                 fix = f"convert the heights to metres (times {metres:g})"
-                problem = f"its heights look like {unit}: {shown}"
-                return (Finding(elevations.path, "band 1", problem, fix, sure=True),)
+                return (Finding(path, place, f"its heights look like {unit}: {shown}", fix, sure=True),)
         if abs(ratio - 1.0) < 0.3:
             return ()
         return (Finding(elevations.path, "band 1", shown, "check its unit and its place"),)

@@ -183,6 +183,10 @@ _FEWEST_COVERED: Final = 10
 """Minimum number of fixes that a barometer has to cover, so that its heights can be joined to the receiver's."""
 _AROUND: Final = 10
 """Number of fixes over which the two are aligned at an end."""
+_FEET: Final = 1.0 / 0.3048
+"""Feet in a metre."""
+_FEET_SHOW: Final = 50.0
+"""Height, m, over which feet are three times more than a receiver's heights wander."""
 
 
 def use_barometer_heights(gps: Gps, barometer: Barometer) -> tuple[Gps, tuple[str, ...]]:
@@ -204,6 +208,10 @@ def use_barometer_heights(gps: Gps, barometer: Barometer) -> tuple[Gps, tuple[st
     words = f"heights are the barometer's; the receiver's scatter about them by {scatter:.1f} m"
     if np.all(inside[first : last + 1]) and np.count_nonzero(inside) < len(inside):
         words += f"; from {gps.time[first]:.0f} s to {gps.time[last]:.0f} s, before and after them the receiver's"
+    if np.ptp(height[inside]) > _FEET_SHOW:
+        ratio = np.polynomial.polynomial.polyfit(height[inside], gps.enu[inside, 2], 1)[1]
+        if abs(ratio / _FEET - 1.0) < 0.15:
+            words += f"; these change {ratio:.2f} times as much: they look like feet, give the altitude in metres"
     return replace(gps, enu=enu, barometric=bool(np.all(inside))), (words,)
 
 

@@ -45,6 +45,7 @@ def repaired(path: Path, fixes: Fixes, sigma: float | None) -> Fixes:
     """
     repairs = Repairs(path)
     fixes = _keep(fixes, _placed(repairs, fixes))
+    repairs.check_rest(len(fixes.places), "export the run alone, with place and height of every fix")
     rising = rising_records(fixes.columns["time_s"])
     fix = "sort and export the file again"
     words = "fix(es) whose time stands still or runs back"

@@ -217,7 +217,7 @@ def fixes_of_rows(
     places : each record's place in the file;  records : their name, in words
     zero : s, the time that counts as 0;  began : its UTC, s since 1970
 
-    Raises InputError where too many records have no time, place or height.
+    Raises InputError where too many records have no time, place or height, or less than three have all of them.
     """
     known = np.isfinite(values[:, :4])
     for name, lost in (
@@ -228,6 +228,8 @@ def fixes_of_rows(
         fix = f"export the run again, with the {name} of every record"
         repairs.add_at(f"{records} without a {name}", lost, places, most=UNKNOWN, fix=fix)
     whole = np.all(known, axis=1)
+    fix = "export the run alone, with time, place and height of every record"
+    repairs.check_rest(int(np.count_nonzero(whole)), fix)
     columns = {"time_s": values[whole, 0] - zero}
     for name, column in zip((*REQUIRED[1:], *OPTIONAL), values.T[1:], strict=False):
         if name in REQUIRED or np.any(np.isfinite(column)):

@@ -5,14 +5,15 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 from datetime import UTC, date, datetime, time, timedelta
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.io.bounds import MAX_FIXES, check_samples
-from sssi_exudyn.io.files import read_text
+from sssi_exudyn.io.bounds import MAX_FIXES, MAX_LINES, check_samples
+from sssi_exudyn.io.files import read_bytes, read_text
 from sssi_exudyn.io.repairs import UNKNOWN, Repairs
 from sssi_exudyn.recording.instruments.fixes import Fixes, fixes_of_rows
 from sssi_exudyn.runtime.optional import library
@@ -22,6 +23,10 @@ _KNOT: Final = 1852.0 / 3600.0
 _KINDS: Final = ("GGA", "RMC", "GST")
 _SENTENCE: Final = re.compile(r"\$..(...)[^$*]*(\*[0-9A-Fa-f]{2})?")
 """A sentence to its checksum: loggers put a clock of their own before and after it."""
+_AMONG_BYTES: Final = re.compile(rb"\$[ -#%-)+-~]{5,200}\*[0-9A-Fa-f]{2}(?=[\r\n])")
+"""A whole sentence among binary messages; bounded, and it holds no second beginning, so that any bytes are searched in
+one pass.
+"""
 _LEAP: Final = re.compile(r"([01]\d|2[0-3])([0-5]\d)(60(?:\.\d+)?)")
 """A time of day, hhmmss, whose second is 60; some receivers also round to it."""
 _NO_MEASUREMENT: Final = (6, 7, 8)
@@ -56,14 +61,15 @@ def fixes_nmea(path: Path) -> Fixes:
     """Read a log of sentences; sentences other than GGA, RMC and GST are ignored.
 
     Empty fields are unknown.  Torn sentences (by their checksum), those without a fix and those that the receiver
-    marks as useless are left out and noted.
+    marks as useless are left out and noted.  Of a log that has a receiver's binary messages too, the sentences are
+    read.
 
     Raises InputError where the library is missing, more than a tenth of the lines is torn, or less than three fixes
     are there.
     """
     pynmea2 = library("pynmea2", path)
-    log = _Log()
-    for number, line in enumerate(read_text(path).split("\n"), 1):
+    log, repairs = _Log(), Repairs(path)
+    for number, line in enumerate(_lines(path, repairs), 1):
         match = _SENTENCE.search(line)
         if match is None or match[1] not in _KINDS:
             continue
@@ -75,7 +81,6 @@ def fixes_nmea(path: Path) -> Fixes:
             continue
         except (pynmea2.ParseError, ValueError, TypeError, AttributeError):  # fields that are no numbers, or missing
             log.torn.append(f"line {number}")
-    repairs = Repairs(path)
     fix = "record again with a lower rate or faster port"
     repairs.add("sentence(s) that are torn", log.torn, log.sentences, most=_TORN, fix=fix)
     repairs.add("sentence(s) without a fix", log.without_fix, log.sentences, most=UNKNOWN)
@@ -89,6 +94,25 @@ def fixes_nmea(path: Path) -> Fixes:
     return _fixes(log, repairs)
 
 
+def _lines(path: Path, repairs: Repairs) -> list[str]:
+    """Return the lines of a log; where it is no text, the sentences between its bytes, and note it.
+
+    Raises InputError for what ``read_text`` refuses where there are none, and for more than ``MAX_LINES``.
+    """
+    data = read_bytes(path)
+    try:
+        data.decode()
+    except UnicodeDecodeError:
+        sentences = [match[0].decode("ascii") for match in islice(_AMONG_BYTES.finditer(data), MAX_LINES + 1)]
+        if len(sentences) > MAX_LINES:
+            raise InputError(path, "", "more sentences than any run has", "cut the file to the run") from None
+        if sentences:
+            share = 100.0 * (1.0 - sum(map(len, sentences)) / len(data))
+            repairs.add_all(f"{share:.0f} % of its bytes are binary and not read; lines count the sentences alone")
+            return sentences
+    return read_text(path).split("\n")
+
+
 def _add_sentence(log: _Log, sentence: Any, number: int) -> None:  # Any: the library makes its classes from a table
     kind = sentence.sentence_type
     if kind not in _KINDS or not sentence.timestamp:  # before the receiver knows the time
@@ -98,13 +122,12 @@ def _add_sentence(log: _Log, sentence: Any, number: int) -> None:  # Any: the li
         log.days += 1
         moment += 86400.0
     if kind == "GST":
-        log.spread[moment] = float(
-            np.hypot(float(sentence.std_dev_latitude), float(sentence.std_dev_longitude)) / np.sqrt(2.0)
-        )
+        north, east = _number(sentence.std_dev_latitude), _number(sentence.std_dev_longitude)
+        log.spread[moment] = float(np.hypot(north, east) / np.sqrt(2.0))
     elif kind == "RMC":
-        if log.first_day is None and isinstance(sentence.datestamp, date):
-            log.first_day = sentence.datestamp - timedelta(days=log.days)
-        if sentence.status == "A":
+        if sentence.status == "A":  # without a fix a receiver's calendar stands at its own zero
+            if log.first_day is None and isinstance(sentence.datestamp, date):
+                log.first_day = sentence.datestamp - timedelta(days=log.days)
             log.speed_course[moment] = (_KNOT * _number(sentence.spd_over_grnd), _number(sentence.true_course))
     elif not sentence.gps_qual:
         log.without_fix.append(f"line {number}")

@@ -45,9 +45,14 @@ _LEVEL: Final = 2.0
 """Difference of heights, m, within which a part of a track counts as level."""
 _TURN_ACCELERATION: Final = 5.0
 """Largest acceleration of a skier in a gap, m/s², for the uncertainty of an interpolated fix."""
-_UNITS: Final = {"km/h": 3.6, "mph": 2.237, "knots": 1.944, "feet per second": 3.281}
-
-
+_UNITS: Final = {"m/s": 1.0, "km/h": 3.6, "mph": 2.237, "knots": 1.944, "feet per second": 3.281}
+"""Units of speed, in a m/s."""
+_UNIT_ERROR: Final = 1.07
+"""Factor by which speeds in a unit may miss those of the fixes."""
+_UNIT_DOUBT: Final = 1.04
+"""Factor between two units' misses up to which either may be meant; km/h and feet per second are 1.10 apart."""
+_CHORD: Final = 5.0
+"""Time, s, in which a skier goes so far that the noise of fixes no longer lengthens the way."""
 _ROUNDING: Final = 1e-9
 """s; far below the time between two fixes, far above the rounding of a time of day."""
 VERTICAL: Final = 1.5
@@ -211,7 +216,7 @@ def gps_from_fixes(
         raise InputError(
             path, "", "the standard deviation of a fix is not given", "give sigma_m in [gps], e.g. 0.02 for RTK"
         )
-    _check_travel(path, columns, enu)
+    _check_travel(path, columns, enu, spread)
     spread, coarse = _with_rounding(path, columns, spread)
 
     def descent(part: slice) -> float:
@@ -317,10 +322,8 @@ def _descent(time: Array, height: Array, covered: tuple[float, float] | None) ->
     return down if down > _LEVEL else 0.0
 
 
-def _check_travel(path: Path, columns: dict[str, Array], enu: Array) -> None:
+def _check_travel(path: Path, columns: dict[str, Array], enu: Array, sigma: Array) -> None:
     """Raise InputError for an antenna at rest, and speeds in another unit."""
-    time = columns["time_s"]
-    intervals = np.diff(time)
     extent = float(np.linalg.norm(np.ptp(enu[:, :2], axis=0)))
     if extent < 2.0:
         raise InputError(
@@ -330,25 +333,48 @@ def _check_travel(path: Path, columns: dict[str, Array], enu: Array) -> None:
             "export decimal degrees with seven digits or more, of the run itself",
         )
     if "speed_mps" in columns:
-        length = float(np.sum(np.linalg.norm(np.diff(enu[:: _stride(time)], axis=0), axis=1)))
-        speed_length = float(np.sum(0.5 * (columns["speed_mps"][1:] + columns["speed_mps"][:-1]) * intervals))
-        for unit, factor in _UNITS.items():
-            # the narrowest pair of units, mph and knots, is 15 % apart
-            if length > 0.0 and abs(speed_length / length / factor - 1.0) < 0.07:
-                raise InputError(
-                    path,
-                    "column speed_mps",
-                    f"it is {speed_length / length:.2f} times the speed of the fixes: it looks like {unit}",
-                    "convert it to m/s, or leave the column out",
-                )
+        low, high = _speed_ratio(columns, enu, float(np.median(sigma)))
+        miss = {unit: max(low / size, size / high, 1.0) for unit, size in _UNITS.items()}
+        least = min(miss.values())
+        near = [unit for unit, factor in miss.items() if factor <= _UNIT_DOUBT * least]
+        if least < _UNIT_ERROR <= miss["m/s"]:
+            ratio = f"{low:.2f}" if high < 1.01 * low else f"{low:.2f} to {high:.2f}"
+            raise InputError(
+                path,
+                "column speed_mps",
+                f"it is {ratio} times the speed of the fixes: it looks like {' or '.join(near)}",
+                "convert it to m/s, or leave the column out",
+            )
 
 
-def _stride(time: Array) -> int:
-    """Return the number of samples in a second.
+def _speed_ratio(columns: dict[str, Array], enu: Array, sigma: float) -> tuple[float, float]:
+    """Return bounds of the ratio of the stated speeds to those of the fixes, over the faster half of the track.
 
-    At that spacing the noise of fixes no longer lengthens the path much.
+    Noise (``sigma``, m) lengthens the way in a second, and turns shorten the straight line over ``_CHORD``, unless the
+    course says them.  Receivers state the speed over ground or that along the slope.
     """
-    return max(1, round(1.0 / float(np.median(np.diff(time)))))
+    time, speed = columns["time_s"], columns["speed_mps"][:, None]
+    if "course_deg" in columns:
+        course = np.deg2rad(columns["course_deg"])
+        speed = speed * np.stack([np.sin(course), np.cos(course)], axis=1)
+    stated = np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time)[:, None], axis=0)
+    stated = np.concatenate([np.zeros_like(stated[:1]), stated])
+
+    def over(duration: float, axes: int) -> tuple[float, float]:
+        """Return the ratio, and the way by the fixes (m)."""
+        step = min(max(1, round(duration / float(np.median(np.diff(time))))), len(time) - 1)
+        way = np.linalg.norm(stated[step:] - stated[:-step], axis=1)
+        fast = way >= np.median(way)
+        line = np.maximum(np.linalg.norm(enu[step:, :axes] - enu[:-step, :axes], axis=1)[fast], 1e-3)
+        return float(np.median(way[fast] / line)), float(np.median(line))
+
+    if "course_deg" in columns:
+        bounds = (over(_CHORD, 3)[0], over(_CHORD, 2)[0])
+    else:
+        ratio, line = over(1.0, 2)
+        without_noise = ratio / np.sqrt(max(1.0 - (2.0 * sigma / line) ** 2, 1e-6))  # two ends, two directions
+        bounds = (over(1.0, 3)[0], float(min(over(_CHORD, 2)[0], without_noise)))
+    return min(bounds), max(bounds)
 
 
 def _linear(clock: Clock, values: Array) -> Array:

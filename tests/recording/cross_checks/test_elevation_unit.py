@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pymap3d
 import pytest
-from tiny import AZIMUTH_DEG, INCLINATION_DEG, ORIGIN, TOML, Tiny
+from tiny import AZIMUTH_DEG, INCLINATION_DEG, ORIGIN, TOML, Tiny, csv, motion
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.recording.read import read_recording
@@ -48,6 +48,19 @@ def test_another_unit_is_named_with_its_factor(tmp_path: Path, metres: float, un
     zero = ORIGIN[2] - 800.0 if unit == "decimetres" else 0.0  # beyond 9000 m no model is taken at all
     folder = model(recording(tmp_path, datum), 1.0 / metres, zero)
     with pytest.raises(InputError, match=f"heights look like {unit}: the path falls"):
+        read_recording(folder)
+
+
+@pytest.mark.parametrize("datum", ["other", "gps"])
+def test_fixes_in_feet_are_named_and_not_the_model(tmp_path: Path, datum: str) -> None:
+    folder = model(recording(tmp_path, datum), 1.0)
+    columns = motion()[1]
+    feet = csv(columns | {"altitude_m": columns["altitude_m"] / 0.3048})
+    (folder / "gps.csv").write_text(feet, encoding="utf-8")
+    toml = (folder / "recording.toml").read_text(encoding="utf-8")
+    without_slope = toml[: toml.index("[slope]")] + toml[toml.index("[motion]") :]
+    (folder / "recording.toml").write_text(without_slope, encoding="utf-8")
+    with pytest.raises(InputError, match=r"gps.csv: column altitude_m: its heights look like feet: .*times 0.3048"):
         read_recording(folder)
 
 

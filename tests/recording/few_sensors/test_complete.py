@@ -197,6 +197,10 @@ def test_a_barometer_that_covers_a_part_is_used_there() -> None:
     # at the joints the receiver's heights are shifted by the mean of ten differences: 2 m of noise leave 0.6 m
     rest = made.enu[:, 2] - made.enu[10, 2] - (height - height[10])
     assert np.max(np.abs(rest[~inside] - noise[~inside])) < 3.0 * 0.63
+    assert "feet" not in words
+    feet = replace(gps, enu=places * [1.0, 1.0, 1.0 / 0.3048])
+    _, (words,) = use_barometer_heights(feet, Barometer(time[inside], pressure[inside]))
+    assert "look like feet, give the altitude in metres" in words
     few, (words,) = use_barometer_heights(gps, Barometer(time[:5], pressure[:5]))
     assert few is gps
     assert "hardly a fix" in words

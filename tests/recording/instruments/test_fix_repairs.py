@@ -142,6 +142,51 @@ def test_one_bad_record_costs_one_record(tmp_path: Path, kind: str) -> None:
     assert [note for note in gps.notes if words in note]
 
 
+def between(tag: str, rows: slice) -> Spoil:
+    """Take an element from the points of a track at ``rows``."""
+
+    def change(text: str) -> str:
+        lines = text.split("\n")
+        points = [number for number, line in enumerate(lines) if line.startswith("<trkpt")]
+        for number in points[rows]:
+            lines[number] = lines[number].replace(f"{tag}>", "x>")
+        return "\n".join(lines)
+
+    return change
+
+
+APART: dict[str, tuple[str, str, str]] = {
+    "time and height": (
+        "a.gpx",
+        between("time", slice(0, 50))(between("ele", slice(50, 78))(gpx(down()))),
+        r"50 of 80 point\(s\) without a time; 28 of 80 point\(s\) without a height: the 2 others are no recording",
+    ),
+    "all of a ride": (
+        "a.gpx",
+        between("time", slice(0, 50))(between("ele", slice(50, None))(gpx(down()))),
+        r"50 of 80 point\(s\) without a time; 30 of 80 point\(s\) without a height: the 0 others",
+    ),
+    "place and height": (
+        "a.csv",
+        "\n".join(
+            [
+                "time_s,latitude_deg,longitude_deg,altitude_m",
+                *(f"{n},0,0,500" if n < 40 else f"{n},47.{n},11.3," for n in range(80)),
+            ]
+        ),
+        r"40 of 80 fix\(es\) at latitude and longitude 0; 40 of 80 fix\(es\) without a height: the 0 others",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", APART)
+def test_repairs_that_together_leave_no_recording_are_one_clear_line(tmp_path: Path, kind: str) -> None:
+    name, content, words = APART[kind]
+    with pytest.raises(InputError, match=words) as caught:
+        read(tmp_path, name, content)
+    assert caught.value.fix.startswith("export the run alone")
+
+
 def moving(column: str, values: Array) -> str:
     """Return a table of the tiny run with speed and course, one of which is as given."""
     columns = motion(noise=0.0)[1]
@@ -222,6 +267,11 @@ def standing(line: str) -> str:
     return f"{number},{body}"
 
 
+def no_spread(line: str) -> str:
+    """Leave the spread of every sixth fix empty."""
+    return line.replace(",0.02,,,,0.03,0.04,0.05", ",,,,,,,") if int(line.partition(",")[0]) % 24 == 6 else line
+
+
 def quality(mark: str) -> Spoil:
     def change(line: str) -> str:
         number, _, body = line.partition(",")
@@ -238,6 +288,7 @@ LOGS: dict[str, tuple[str, int, str]] = {
         "",
     ),
     "a logger's clock before it": ("\n".join(f"12:00:01.25 > {line}" for line in sentences(str).split("\n")), 81, ""),
+    "spread left empty": (sentences(no_spread), 81, "14 of 81 fix(es) of poor or unknown accuracy"),
     "dilution 99.99": (sentences(quality(",1,03,99.99,")), 81, "3 of 243 sentence(s) marked as not exact"),
     "no fix": (sentences(quality(",0,00,0.8,")), 81, "3 of 243 sentence(s) without a fix"),
     "quality left empty": (sentences(quality(",,00,0.8,")), 81, "3 of 243 sentence(s) without a fix"),

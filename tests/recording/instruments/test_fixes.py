@@ -78,6 +78,41 @@ def test_nmea_torn_and_lost_sentences_are_left_out_and_noted(tmp_path: Path) -> 
     assert any("1 of 243 sentence(s) without a fix" in note and "line 81" in note for note in fixes.notes)
 
 
+def signed(body: str) -> str:
+    """Return a sentence with its checksum."""
+    return f"${body}*{int(np.bitwise_xor.reduce(np.frombuffer(body.encode(), np.uint8))):02X}"
+
+
+def test_the_calendar_of_a_receiver_without_a_fix_is_no_date(tmp_path: Path) -> None:
+    """At a cold start the clock stands at the receiver's own zero until the satellites set it."""
+    cold = [signed(f"GPRMC,23594{second}.00,V,,,,,,,050180,,,N") for second in range(6)]
+    fixes = read_fixes(write(tmp_path, "cold.nmea", "\r\n".join([*cold, nmea(track())])))
+    assert fixes.began == pytest.approx(START.timestamp(), abs=1e-6)
+    alone = "\r\n".join([*cold, *(line for line in nmea(track()).split("\r\n") if "RMC" not in line)])
+    assert read_fixes(write(tmp_path, "alone.nmea", alone)).began is None
+
+
+def test_sentences_among_binary_messages_of_the_receiver_are_read(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    text, log = nmea(track()), b""
+    for line in text.splitlines(keepends=True):
+        log += b"\xb5b\x02\x15" + rng.bytes(80) + b"$GPGGA,$\xd3\n" + line.encode()
+    whole, mixed = (read_fixes(write(tmp_path, f"{n}.nmea", content)) for n, content in enumerate((text, log)))
+    for name, column in whole.columns.items():
+        np.testing.assert_array_equal(mixed.columns[name], column)
+    assert mixed.began == whole.began
+    assert any("% of its bytes are binary and not read" in note for note in mixed.notes)
+    torn = log.replace(text.splitlines()[41].encode(), text.splitlines()[41].replace(",8.00,", ",9.00,").encode())
+    notes = read_fixes(write(tmp_path, "torn.nmea", torn)).notes
+    assert any("1 of 243 sentence(s) that are torn" in note and "line 42" in note for note in notes)
+
+
+def test_bytes_without_a_sentence_are_no_log(tmp_path: Path) -> None:
+    for content in (b"\xb5b" + b"$" * 90_000, b"\xb5b$GPGGA," + b"1" * 90_000, nmea(track()).encode("utf-16")):
+        with pytest.raises(InputError, match="not UTF-8"):
+            read_fixes(write(tmp_path, "a.nmea", content))
+
+
 def test_tcx_speed_torn_end_and_points_without_a_place(tmp_path: Path) -> None:
     text = tcx(track(), speed=7.25)
     fixes = read_fixes(write(tmp_path, "watch.tcx", text))
@@ -192,6 +227,39 @@ def test_fit_speed_and_records_without_a_place(tmp_path: Path) -> None:
     assert fixes.columns["speed_mps"] == pytest.approx(8.1)
     assert fixes.places[0] == "record 2"
     assert any("1 of 10 record(s) without a fix" in note for note in fixes.notes)
+
+
+@pytest.mark.parametrize(
+    ("ties", "late"),
+    [
+        (("timestamp_correlation",), 0.0),
+        (("gps_metadata",), -0.25),  # its UTC has whole seconds only
+        (("gps_metadata", "timestamp_correlation"), 0.0),
+    ],
+)
+def test_fit_of_a_clock_since_power_on_has_the_date_of_a_message_with_both(
+    tmp_path: Path, ties: tuple[str, ...], late: float
+) -> None:
+    fixes = read_fixes(write(tmp_path, "camera.fit", fit(track(10), uptime=67, ties=ties)))
+    assert fixes.began == pytest.approx(START.timestamp() + late, abs=1e-6)
+    np.testing.assert_allclose(fixes.columns["time_s"], np.arange(9.0), atol=1e-6)
+    assert not [note for note in fixes.notes if "no date" in note]
+
+
+def test_fit_of_a_clock_since_power_on_alone_has_no_date(tmp_path: Path) -> None:
+    fixes = read_fixes(write(tmp_path, "camera.fit", fit(track(10), uptime=67)))
+    assert fixes.began is None
+    np.testing.assert_allclose(fixes.columns["time_s"], np.arange(9.0))
+    assert [note for note in fixes.notes if "no date: its clock counts from power-on" in note]
+    tied = fit(track(10), ties=("timestamp_correlation",))  # no message about the time since power-on
+    assert read_fixes(write(tmp_path, "watch.fit", tied)).began == pytest.approx(START.timestamp())
+
+
+def test_fit_without_heights_is_not_without_places(tmp_path: Path) -> None:
+    columns = track(10)
+    content = fit(columns | {"altitude_m": np.full(len(columns["time_s"]), np.nan)})
+    with pytest.raises(InputError, match=r"9 records have a place, but only 0 of them a height; export .* GPX or TCX"):
+        read_fixes(write(tmp_path, "watch.fit", content))
 
 
 def test_phone_accuracy_is_a_radius_and_poor_fixes_go(tmp_path: Path) -> None:

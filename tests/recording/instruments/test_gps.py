@@ -169,6 +169,53 @@ def test_faulty_columns_are_named_with_place_and_fix(tmp_path: Path, fault: str)
     assert "\n" not in str(caught.value)
 
 
+def ride(speed_unit: float, *, noise: float, turns: float, course: bool) -> Columns:
+    """Return two minutes of a receiver's fixes, one a second: 6 to 9 m/s over ground, 12° down.
+
+    Parameters
+    ----------
+    speed_unit : unit of the speed, in a m/s;  noise : standard deviation of a fix, m
+    turns : the largest angle of the track from the fall line, rad, in turns of 5 s;  course : whether it is written
+    """
+    time = np.arange(0.0, 120.0, 0.1)
+    speed = 7.5 + 1.5 * np.sin(time / 9.0)
+    heading = np.pi + turns * np.sin(2.0 * np.pi * time / 5.0)
+    north, east = (0.1 * np.cumsum(speed * part(heading)) for part in (np.cos, np.sin))
+    lost = np.random.default_rng(4).normal(0.0, noise, (2, 120))
+    columns = {
+        "time_s": time[::10],
+        "latitude_deg": 46.8 + (north[::10] + lost[0]) / 111_200.0,
+        "longitude_deg": 9.8 + (east[::10] + lost[1]) / 76_200.0,
+        "altitude_m": 2500.0 - np.tan(np.radians(12.0)) * 0.1 * np.cumsum(speed)[::10],
+        "speed_mps": speed_unit * speed[::10],
+        "sigma_m": np.full(120, max(noise, 0.02)),
+    }
+    return columns | ({"course_deg": np.degrees(heading[::10]) % 360.0} if course else {})
+
+
+RIDES: dict[str, tuple[Columns, str]] = {
+    "km/h, noise and a course": (ride(3.6, noise=3.0, turns=0.2, course=True), "like km/h;"),
+    "km/h and noise": (ride(3.6, noise=3.0, turns=0.2, course=False), "like km/h or feet per second;"),
+    "feet, noise and a course": (ride(3.281, noise=3.0, turns=0.2, course=True), "like feet per second;"),
+    "knots, turns and a course": (ride(1.944, noise=0.0, turns=0.8, course=True), "like knots;"),
+    "knots and turns": (ride(1.944, noise=0.0, turns=0.8, course=False), "like knots;"),
+    "mph and turns": (ride(2.237, noise=0.0, turns=0.8, course=False), "like mph;"),
+}
+
+
+@pytest.mark.parametrize("kind", RIDES)
+def test_the_unit_of_a_speed_shows_through_noise_and_turns(tmp_path: Path, kind: str) -> None:
+    columns, words = RIDES[kind]
+    with pytest.raises(InputError, match=words):
+        read(write_csv(tmp_path, columns))
+
+
+@pytest.mark.parametrize("course", [True, False])
+@pytest.mark.parametrize(("noise", "turns"), [(0.0, 0.1), (5.0, 0.2), (0.0, 1.2), (3.0, 1.2)])
+def test_a_speed_in_metres_per_second_is_taken(tmp_path: Path, noise: float, turns: float, course: bool) -> None:
+    assert read(write_csv(tmp_path, ride(1.0, noise=noise, turns=turns, course=course))).speed is not None
+
+
 TEXT_FAULTS = {
     "text": (lambda t: t.replace(",46.", ",N46."), "line 2"),
     "semicolons": (lambda t: t.replace(",", ";"), "line 1"),

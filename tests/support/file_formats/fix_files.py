@@ -135,19 +135,45 @@ def _sexagesimal(degrees: float) -> str:
     return f"{int(degrees)} {int(minutes)} {60.0 * (minutes - int(minutes)):.6f}"
 
 
-def fit(columns: Columns, *, speed: float = 8.1) -> bytes:
-    """Return records with timestamp, place, enhanced altitude and speed, and one without a place before them."""
+_FIT_ZERO = 631065600
+"""Seconds from 1970 to FIT's zero of time."""
+_FIT_TIES = {
+    "timestamp_correlation": (162, ((253, 4, 0x86), (4, 2, 0x84), (1, 4, 0x86), (5, 2, 0x84))),
+    "gps_metadata": (160, ((6, 4, 0x86), (8, 2, 0x84), (253, 4, 0x86), (0, 2, 0x84))),
+}
+"""Messages and their fields of UTC and of the time since power-on, s and ms each; ``gps_metadata`` has no ms of UTC,
+and its field 8 has no name.
+"""
+
+
+def fit(columns: Columns, *, speed: float = 8.1, uptime: int | None = None, ties: tuple[str, ...] = ()) -> bytes:
+    """Return records with timestamp, place, enhanced altitude and speed, and one without a place before them.
+
+    Parameters
+    ----------
+    uptime : s from power-on to the first record, where time counts from there
+    ties : messages behind the records that state a moment by both clocks
+    """
     fields = ((253, 4, 0x86), (0, 4, 0x85), (1, 4, 0x85), (78, 4, 0x86), (73, 4, 0x86))
-    body = struct.pack("<BBBHB", 0x40, 0, 0, 20, len(fields)) + b"".join(struct.pack("BBB", *field) for field in fields)
-    first = int(START.timestamp()) - 631065600
+    body = _fit_definition(20, fields)
+    began = int(START.timestamp()) - _FIT_ZERO
+    first = began if uptime is None else uptime
     body += struct.pack("<BIiiII", 0, first, 0x7FFFFFFF, 0x7FFFFFFF, 0xFFFFFFFF, 0xFFFFFFFF)
     for time, lat, lon, alt in zip(*(columns[name] for name in columns), strict=True):
         semicircles = (round(float(angle) * 2**31 / 180.0) for angle in (lat, lon))
-        high = round((alt + 500.0) * 5.0)
+        high = 0xFFFFFFFF if np.isnan(alt) else round((alt + 500.0) * 5.0)
         body += struct.pack("<BIiiII", 0, first + round(float(time)), *semicircles, high, round(1000.0 * speed))
+    for name in ties:  # 5 s behind the first record
+        body += _fit_definition(*_FIT_TIES[name]) + struct.pack("<BIHIH", 0, began + 5, 250, first + 5, 250)
     head = struct.pack("<BBHI4s", 14, 0x20, 2132, len(body), b".FIT")
     head += struct.pack("<H", _fit_crc(head))
     return head + body + struct.pack("<H", _fit_crc(head + body))
+
+
+def _fit_definition(message: int, fields: tuple[tuple[int, int, int], ...]) -> bytes:
+    """Return the definition of a message's fields: number, bytes and type of each."""
+    head = struct.pack("<BBBHB", 0x40, 0, 0, message, len(fields))
+    return head + b"".join(struct.pack("BBB", *field) for field in fields)
 
 
 def _fit_crc(data: bytes) -> int:
