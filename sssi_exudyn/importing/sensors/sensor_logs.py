@@ -403,6 +403,7 @@ def _together(one: Log, other: Log) -> Log:
 
 
 def _write(path: Path, columns: dict[str, Array]) -> None:
-    rows = np.column_stack(list(columns.values())).tolist()
-    body = "\n".join(",".join(f"{value:.9g}" for value in row) for row in rows)
+    """Write a table; times have microseconds, however long ago the clock of the logger began."""
+    row = ",".join("%.6f" if name == "time_s" else "%.9g" for name in columns)
+    body = "\n".join(row % tuple(values) for values in np.column_stack(list(columns.values())).tolist())
     path.write_text(",".join(columns) + "\n" + body + "\n", encoding="utf-8")

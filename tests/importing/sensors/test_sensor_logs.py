@@ -16,7 +16,8 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.assemble import import_recording
-from sssi_exudyn.importing.sensors.sensor_logs import read_logs, write_pressure
+from sssi_exudyn.importing.sensors.sensor_logs import read_logs, write_pressure, write_sensors
+from sssi_exudyn.recording.instruments.imu import read_imu
 from sssi_exudyn.recording.instruments.insoles import read_insoles
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
@@ -321,3 +322,14 @@ def test_torn_lines_of_a_logger_cost_themselves(logs: dict[str, Path], tmp_path:
     assert len(log.table.lines) == len(whole.table.lines) - 3
     assert any("2 of" in note and "torn" in note for note in log.notes)
     assert any("1 of" in note and "stands still" in note for note in log.notes)
+
+
+@pytest.mark.parametrize("zero", [1_234_567.891, 1_551_007_195.25])
+def test_a_clock_that_began_long_ago_keeps_its_samples(zero: float, logs: dict[str, Path], tmp_path: Path) -> None:
+    table = pd.read_csv(logs["left_ski"])
+    table["t_s"] += zero
+    table.to_csv(tmp_path / "uptime.csv", index=False, float_format="%.6f")
+    (log,) = read_logs([("left_ski", tmp_path / "uptime.csv")])
+    write_sensors([log], tmp_path)
+    written = read_imu(tmp_path / "sensors" / "left_ski.csv", "left_ski")
+    np.testing.assert_allclose(written.time, log.table.columns["time_s"], rtol=0.0, atol=1e-6)
