@@ -39,7 +39,8 @@ from sssi_exudyn.importing.sensors.sensor_logs import (
     write_pressure,
     write_sensors,
 )
-from sssi_exudyn.io.files import read_bytes, read_text
+from sssi_exudyn.io.files import read_bytes
+from sssi_exudyn.io.separators import rows_of_table
 from sssi_exudyn.io.writing import clear_errors, folder_lock
 from sssi_exudyn.recording.instruments.bvh import Bvh
 from sssi_exudyn.recording.instruments.fixes import OPTIONAL, REQUIRED, Fixes, number_of
@@ -338,7 +339,7 @@ def _read_as(read: Callable[[Path], object], made: Path, given: Path) -> None:
 
 def _cut_rows(path: Path, start: float, stop: float) -> str:
     """Return the header of a table with ``time_s``, and the rows from ``start`` to ``stop`` (s)."""
-    head, *rows = read_text(path).split("\n")
+    head, *rows = (line for _, line in rows_of_table(path))
     clock = [name.strip() for name in head.split(",")].index("time_s")
 
     def is_within(row: str) -> bool:

@@ -12,8 +12,8 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.bounds import MAX_COLUMNS, MAX_NAME, MOST_FILLED, check_samples
-from sssi_exudyn.io.files import read_text
 from sssi_exudyn.io.repairs import REPEATED, Mask, Repairs, rising_records
+from sssi_exudyn.io.separators import rows_of_table
 
 SHORT_GAP: Final = 1.0
 """Longest gap that is interpolated, s; longer ones split the run.  In this time a skier moves by less than a turn."""
@@ -69,7 +69,7 @@ class Clock:
 
 
 def read_table(path: Path, choose: Choose | None = None) -> Table:
-    """Read a CSV file: one header line of names, commas, decimal points, one sample a line.
+    """Read a CSV file: one header line of names, one sample a line; separators are those of ``rows_of_table``.
 
     Parameters
     ----------
@@ -77,10 +77,10 @@ def read_table(path: Path, choose: Choose | None = None) -> Table:
         Other columns may hold text or nothing, and rows without numbers in needed columns are left out and noted.
         Without it all columns are read, and every row must be whole
 
-    Raises InputError for a missing header, other separators, and more bad rows than ``Repairs`` allows.  Without
+    Raises InputError for a missing header, and more bad rows than ``Repairs`` allows.  Without
     ``choose`` it raises it for rows of another length, and text, NaN or nothing in a number's place, with the line.
     """
-    rows = [(number, line) for number, line in enumerate(read_text(path).split("\n"), 1) if line.strip()]
+    rows = rows_of_table(path)
     names = _header(path, *rows[0])
     if len(rows) < 3:
         raise InputError(path, "", f"{len(rows) - 1} samples are no recording", "export the whole run")
@@ -107,10 +107,6 @@ def _header(path: Path, line: int, header: str) -> list[str]:
     longest = max(names, key=len)
     if len(longest) > MAX_NAME:
         raise InputError(path, f"line {line}", f"{longest!r} is no name of a column", "export the file again")
-    if ";" in header or "\t" in header:
-        raise InputError(
-            path, f"line {line}", "columns are not separated by commas", "export with commas and decimal points"
-        )
     if not any(name and not _is_number(name) for name in names):
         raise InputError(path, f"line {line}", "the header is missing", "put the columns' names on the first line")
     twice = sorted({name for name in names if names.count(name) > 1})

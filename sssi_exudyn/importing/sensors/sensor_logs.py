@@ -23,9 +23,8 @@ from sssi_exudyn.core.text import one_line
 from sssi_exudyn.importing.sensors.opensense import SUFFIX as ORIENTATIONS
 from sssi_exudyn.importing.sensors.opensense import read_orientations
 from sssi_exudyn.io.bounds import MAX_COLUMNS, check_samples
-from sssi_exudyn.io.files import read_text
-from sssi_exudyn.io.long_table import pieces_of_lines
 from sssi_exudyn.io.repairs import Repairs
+from sssi_exudyn.io.separators import pieces_of_table, rows_of_table
 from sssi_exudyn.io.table import TORN_LINES, Table, bridge_gaps, check_time, in_order, numbers, parsed_rows
 from sssi_exudyn.recording.instruments.gopro import SUFFIXES as CAMERAS
 from sssi_exudyn.recording.instruments.gopro import read_telemetry
@@ -243,7 +242,7 @@ def _cells(path: Path) -> list[tuple[int, list[str]]]:
 
     Raises InputError for more cells than any run has.
     """
-    lines = [(number, line) for number, line in enumerate(read_text(path).split("\n"), 1) if line.strip()]
+    lines = rows_of_table(path)
     widest = 1 + max(line.count(",") for _, line in lines)
     if widest > MAX_COLUMNS:
         raise InputError(path, "header", "more columns than any instrument has", "export the file again")
@@ -283,7 +282,7 @@ def _read_log(place: str, path: Path) -> Log:
     parts: list[Array] = []
     lines: list[int] = []
     torn: list[str] = []
-    for piece in pieces_of_lines(path):
+    for piece in pieces_of_table(path):
         rows = piece
         if not names:
             header = _titles(path, piece[0])
@@ -313,7 +312,7 @@ def _read_log(place: str, path: Path) -> Log:
 
 def holds_channels(path: Path) -> bool:
     """Return whether a table has time and channels of a gyroscope or an accelerometer, and no places on Earth."""
-    for piece in pieces_of_lines(path):
+    for piece in pieces_of_table(path):
         titles = _titles(path, piece[0])
         names = [_channel_name(path, title) for title in titles]
         placed = any(title.lower().startswith("lat") for title in titles)

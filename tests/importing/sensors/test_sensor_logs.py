@@ -16,7 +16,8 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.assemble import import_recording
-from sssi_exudyn.importing.sensors.sensor_logs import read_logs, write_pressure, write_sensors
+from sssi_exudyn.importing.sensors.sensor_logs import holds_channels, read_logs, write_pressure, write_sensors
+from sssi_exudyn.recording.instruments.fixes import fixes_csv
 from sssi_exudyn.recording.instruments.imu import read_imu
 from sssi_exudyn.recording.instruments.insoles import read_insoles
 from sssi_exudyn.recording.read import read_recording
@@ -280,6 +281,24 @@ def test_an_experiment_of_phyphox_has_one_clock(whole: Recording, tmp_path: Path
     assert made.gps.speed is None  # the phone wrote none
     with pytest.raises(InputError, match="--gps-offset-s"):  # but a capture has another clock
         import_recording([EXAMPLE / "motion.bvh", fixes], tmp_path / "captured", ANSWERS)
+
+
+@pytest.mark.parametrize(("separator", "point"), [(";", "."), (";", ","), ("\t", "."), ("\t", ",")])
+def test_an_experiment_of_phyphox_may_have_other_separators(
+    separator: str, point: str, whole: Recording, tmp_path: Path
+) -> None:
+    files = phyphox(whole, tmp_path)
+    expected = read_logs([("pocket", path) for path in files[:2]])
+    fixes = fixes_csv(files[2])
+    for path in files:
+        text = path.read_text(encoding="utf-8").replace(",", separator).replace(".", point)
+        path.write_text(text, encoding="utf-8")
+    assert holds_channels(files[0])
+    for log, same in zip(read_logs([("pocket", path) for path in files[:2]]), expected, strict=True):
+        for name, column in same.table.columns.items():
+            np.testing.assert_array_equal(log.table.columns[name], column)
+    for name, column in fixes_csv(files[2]).columns.items():
+        np.testing.assert_array_equal(column, fixes.columns[name])
 
 
 def test_titles_with_capitals_and_the_instruments_name(whole: Recording, tmp_path: Path) -> None:
