@@ -7,6 +7,7 @@ that names the missing option.  The folder appears only once it reads as a recor
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -36,6 +37,7 @@ from sssi_exudyn.importing.sensors.sensor_logs import (
     holds_channels,
     read_logs,
     split_place,
+    titles_in,
     write_pressure,
     write_sensors,
 )
@@ -44,6 +46,8 @@ from sssi_exudyn.io.separators import rows_of_table
 from sssi_exudyn.io.writing import clear_errors, folder_lock
 from sssi_exudyn.recording.instruments.bvh import Bvh
 from sssi_exudyn.recording.instruments.fixes import OPTIONAL, REQUIRED, Fixes, number_of
+from sssi_exudyn.recording.instruments.fixes_gnss_logger import is_gnss_log
+from sssi_exudyn.recording.instruments.fixes_nmea import is_nmea
 from sssi_exudyn.recording.instruments.gps import READERS, gps_from_fixes, read_fixes
 from sssi_exudyn.recording.instruments.imu import PLACES as IMU_PLACES
 from sssi_exudyn.recording.instruments.insoles import is_insoles, read_insoles
@@ -57,6 +61,10 @@ _EQUIPMENT: Final = ("skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m
 _OF_FIXES: Final = ("antenna_joint", "antenna_offset_m", "gps_sigma_m")
 _DAY: Final = 86400.0
 _LONGEST_NOTE: Final = 500
+_LONGEST_HEADER: Final = 300
+"""Characters of a header that an error quotes."""
+_OF_PLACES: Final = re.compile(r"(?<![a-z])(lat|lon|east)", re.IGNORECASE)
+"""Beginning of a word that only columns of places have, known ones or not."""
 _DIGITS: Final = {"time_s": 6, "latitude_deg": 9, "longitude_deg": 9}
 """Decimals of the columns of fixes; nine of a degree are 0.1 mm.  Other columns have four."""
 
@@ -227,9 +235,24 @@ def _kind(path: Path) -> str:
     if suffix in INSOLE_EXPORTS and is_insole_export(path):
         return "insoles"
     if suffix in READERS:
+        _check_fixes(path, suffix)
         return "fixes"
     known = ", ".join(dict.fromkeys((*MOTION_READERS, *READERS, *INSOLE_EXPORTS)))
     raise InputError(path, "", f"no reader for {path.suffix!r}", f"export it as one of {known}")
+
+
+def _check_fixes(path: Path, suffix: str) -> None:
+    """Raise InputError for a table or a text, which may be of anything, without fixes of a known kind."""
+    if suffix not in (".csv", ".txt", ".log") or is_nmea(path) or (suffix == ".txt" and is_gnss_log(path)):
+        return
+    if suffix != ".csv":
+        fix = f"export it as one of {', '.join(READERS)}, or write its place before a sensor's file: pocket={path.name}"
+        raise InputError(path, "", "it is no log of NMEA or GnssLogger, and no export of insoles", fix)
+    titles = titles_in(path)
+    if not any(_OF_PLACES.search(title) for title in titles):
+        listed = one_line(", ".join(filter(None, titles)), _LONGEST_HEADER)
+        fix = f"name the columns of fixes {','.join(REQUIRED)}, or write a sensor's place before it: pocket={path.name}"
+        raise InputError(path, "header", f"these columns are none of fixes, forces or a sensor: {listed}", fix)
 
 
 def _write(made: Path, material: Material, answers: Answers) -> None:

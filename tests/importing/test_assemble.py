@@ -225,6 +225,38 @@ def test_two_of_a_kind_and_no_motion(tmp_path: Path) -> None:
         import_recording(sources[1:], tmp_path / "out", ANSWERS)
 
 
+@pytest.mark.parametrize("name", ["track.txt", "track.log", "track.csv"])
+def test_sentences_are_known_by_their_content(name: str, tmp_path: Path) -> None:
+    motion, _, _ = files(tmp_path)
+    log = tmp_path / name
+    log.write_text(nmea(Tiny().gps), encoding="utf-8")
+    made = import_recording([motion, log], tmp_path / "out", replace(ANSWERS, gps_sigma_m=None, gps_offset_s=0.25))
+    assert made.gps is not None
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        (
+            "dot.csv",
+            "sep=,\nPacketCounter,Euler_X,Status\n1,2.5,0\n",
+            "none of fixes.*: PacketCounter, Euler_X, Status;",
+        ),
+        ("notes.txt", "fresh snow, minus four degrees\n", "no log of NMEA or GnssLogger"),
+        ("receiver.log", "started\n", "no log of NMEA or GnssLogger"),
+    ],
+)
+def test_a_file_that_no_reader_knows_is_named_itself(name: str, text: str, words: str, tmp_path: Path) -> None:
+    motion, fixes, _ = files(tmp_path)
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    for given in ([motion, path, fixes], [motion, fixes, path]):
+        with pytest.raises(InputError, match=words) as info:
+            import_recording(given, tmp_path / "out", ANSWERS)
+        assert info.value.file == str(path)
+        assert f"pocket={name}" in info.value.fix
+
+
 def test_clocks_that_files_do_not_share_are_asked_for(tmp_path: Path) -> None:
     motion, csv, _ = files(tmp_path)
     log = tmp_path / "track.nmea"

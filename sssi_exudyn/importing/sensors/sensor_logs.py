@@ -312,13 +312,18 @@ def _read_log(place: str, path: Path) -> Log:
 
 def holds_channels(path: Path) -> bool:
     """Return whether a table has time and channels of a gyroscope or an accelerometer, and no places on Earth."""
+    titles = titles_in(path)
+    names = [_channel_name(path, title) for title in titles]
+    placed = any(title.lower().startswith("lat") for title in titles)
+    sensed = any(name.startswith(("rate_", "acceleration_", "gravity_")) for name in names)
+    return "time_s" in names and sensed and not placed
+
+
+def titles_in(path: Path) -> list[str]:
+    """Return the titles of a table's columns.  Raises InputError for more than any instrument has."""
     for piece in pieces_of_table(path):
-        titles = _titles(path, piece[0])
-        names = [_channel_name(path, title) for title in titles]
-        placed = any(title.lower().startswith("lat") for title in titles)
-        sensed = any(name.startswith(("rate_", "acceleration_", "gravity_")) for name in names)
-        return "time_s" in names and sensed and not placed
-    return False
+        return _titles(path, piece[0])
+    return []
 
 
 def _titles(path: Path, row: tuple[int, str]) -> list[str]:

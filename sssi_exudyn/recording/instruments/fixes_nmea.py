@@ -13,6 +13,7 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.bounds import MAX_FIXES, check_samples
 from sssi_exudyn.io.files import read_text
+from sssi_exudyn.io.long_table import pieces_of_lines
 from sssi_exudyn.io.repairs import UNKNOWN, Repairs
 from sssi_exudyn.recording.instruments.fixes import Fixes, fixes_of_rows
 from sssi_exudyn.runtime.optional import library
@@ -22,6 +23,10 @@ _KNOT: Final = 1852.0 / 3600.0
 _KINDS: Final = ("GGA", "RMC", "GST")
 _SENTENCE: Final = re.compile(r"\$..(...)[^$*]*(\*[0-9A-Fa-f]{2})?")
 """A sentence to its checksum: loggers put a clock of their own before and after it."""
+_ANY: Final = re.compile(r"\$[A-Z]{2}[A-Z]{3},")
+"""Beginning of a sentence of any kind."""
+_HEAD: Final = 200
+"""Number of lines among which a log has a sentence."""
 _LEAP: Final = re.compile(r"([01]\d|2[0-3])([0-5]\d)(60(?:\.\d+)?)")
 """A time of day, hhmmss, whose second is 60; some receivers also round to it."""
 _NO_MEASUREMENT: Final = (6, 7, 8)
@@ -87,6 +92,13 @@ def fixes_nmea(path: Path) -> Fixes:
             path, "", f"{len(log.moments)} GGA sentences with a fix are no recording", "log GGA (and RMC) of the run"
         )
     return _fixes(log, repairs)
+
+
+def is_nmea(path: Path) -> bool:
+    """Return whether a text begins as a log of sentences does, whatever its name."""
+    for piece in pieces_of_lines(path):
+        return any(_ANY.search(line) for _, line in piece[:_HEAD])
+    return False
 
 
 def _add_sentence(log: _Log, sentence: Any, number: int) -> None:  # Any: the library makes its classes from a table
