@@ -389,12 +389,15 @@ def _with_usual(answers: Answers, sources: Sources, fixes: Fixes | None) -> tupl
 
 
 def _check_answers(material: Material, answers: Answers) -> None:
-    """Raise InputError that names every option that is needed and not given."""
+    """Raise InputError for sensors without fixes, and one that names every option that is needed and not given."""
     sources, fixes, needed = material.sources, material.fixes, list[str]()
     if answers.slope_deg is not None or answers.fall_line_deg is not None:
         needed += ["slope_deg", "fall_line_deg"]
+    if fixes is None and sources.motion is None:
+        fix = f"add a file of fixes ({', '.join(READERS)})"
+        raise InputError(sources.first, "", "there are no fixes, without which single sensors show no run", fix)
     if fixes is None:
-        needed += ["slope_deg", "fall_line_deg", *(["heading_deg"] if sources.motion else [])]
+        needed += ["slope_deg", "fall_line_deg", "heading_deg"]
     elif not _common_clock(sources, fixes) and (fixes.began is None or material.began is None):
         needed.append("gps_offset_s")
     missing = [option_of(name) for name in dict.fromkeys(needed) if getattr(answers, name) is None]
@@ -471,7 +474,9 @@ def _read_back(made: Path, sources: Sources, answers: Answers) -> Recording:
         return read_recording(made)
     except InputError as error:
         name = Path(error.file).name
-        source = sources.of(name)
+        source = {"[motion]": sources.motion, "[gps]": sources.gps, "[insoles]": sources.insoles}.get(
+            error.place, sources.of(name)
+        )
         if answers.dem is not None and Path(name).suffix in SUFFIXES:
             source = Path(answers.dem)
         if source is not None:

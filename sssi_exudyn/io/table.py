@@ -247,7 +247,7 @@ def bridge_gaps(path: Path, time: Array, width: int = 1, merit: Callable[[slice]
     width : count of numbers in one sample, for the bound on the filled samples
     merit : function of a part (slice of the samples); the part with the largest is kept, of equal ones the longest
 
-    Raises InputError when that part is shorter than ``SHORT_GAP``, and when its gaps would take more samples
+    Raises InputError when all or that part is shorter than ``SHORT_GAP``, and when its gaps would take more samples
     than any run has.
     """
     steps = np.diff(time)
@@ -261,6 +261,9 @@ def bridge_gaps(path: Path, time: Array, width: int = 1, merit: Callable[[slice]
     best = max(range(len(parts)), key=lambda i: (0.0 if merit is None else merit(parts[i]), lasting[i]))
     keep = parts[best]
     kept = time[keep]
+    if not len(cuts) and kept[-1] - kept[0] < SHORT_GAP:
+        problem = f"{kept[-1] - kept[0]:.2g} s are too short for a run"
+        raise InputError(path, "time_s", problem, f"export the whole run, at least {SHORT_GAP:g} s of it")
     if len(kept) < 3 or kept[-1] - kept[0] < SHORT_GAP:
         raise InputError(
             path, "time_s", f"no stretch of {SHORT_GAP:g} s is without a long gap", "export the run without gaps"

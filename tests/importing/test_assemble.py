@@ -197,6 +197,21 @@ def test_what_only_the_whole_recording_shows_names_the_given_file_too(tmp_path: 
     assert {path.name for path in (tmp_path / "out").iterdir()} == {".lock"}
 
 
+def test_what_is_too_short_for_a_run_says_how_long_it_must_be(tmp_path: Path) -> None:
+    tiny = Tiny()
+    tiny.rotations = {name: angles[:36] for name, angles in tiny.rotations.items()}
+    motion, fixes, _ = files(tmp_path / "capture", tiny)
+    with pytest.raises(InputError, match=r"0\.58 s are too short for a run.*at least 1 s") as info:
+        import_recording([motion, fixes], tmp_path / "out", ANSWERS)
+    assert info.value.file == str(motion)
+    tiny = Tiny()
+    tiny.gps = {name: column[:9] for name, column in tiny.gps.items()}
+    motion, fixes, _ = files(tmp_path / "fixes", tiny)
+    with pytest.raises(InputError, match=r"0\.8 s are too short for a run.*at least 1 s") as info:
+        import_recording([motion, fixes], tmp_path / "out", ANSWERS)
+    assert info.value.file == str(fixes)
+
+
 def test_an_unknown_ski_is_refused_with_the_list(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     tiny = Tiny().write(tmp_path / "tiny")
     answers = replace(ANSWERS, skis="slalom")

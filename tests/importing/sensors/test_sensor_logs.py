@@ -109,6 +109,16 @@ def test_repeated_places_and_missing_channels_are_reported(logs: dict[str, Path]
     assert not (tmp_path / "none" / "recording.toml").exists()
 
 
+@pytest.mark.parametrize("slope_deg", [None, 15.0])
+def test_single_sensors_without_fixes_are_asked_for_a_file_of_them(
+    slope_deg: float | None, logs: dict[str, Path], tmp_path: Path
+) -> None:
+    answers = replace(ANSWERS, slope_deg=slope_deg, fall_line_deg=slope_deg)
+    with pytest.raises(InputError, match=r"there are no fixes.*add a file of fixes \(.csv, .gpx") as info:
+        import_recording([Path(f"pocket={logs['left_ski']}")], tmp_path / "out", answers)
+    assert info.value.file == str(logs["left_ski"])
+
+
 def apart(log: Path, folder: Path, header: str, began: float = 1.7e9) -> list[Path]:
     """Write the log as an app with one file per instrument does.
 
