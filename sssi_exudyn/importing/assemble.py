@@ -63,6 +63,7 @@ _DAY: Final = 86400.0
 _LONGEST_NOTE: Final = 500
 _LONGEST_HEADER: Final = 300
 """Characters of a header that an error quotes."""
+_WORKBOOKS: Final = (".xlsx", ".xlsm", ".xls", ".ods", ".numbers")
 _OF_PLACES: Final = re.compile(r"(?<![a-z])(lat|lon|east)", re.IGNORECASE)
 """Beginning of a word that only columns of places have, known ones or not."""
 _DIGITS: Final = {"time_s": 6, "latitude_deg": 9, "longitude_deg": 9}
@@ -178,7 +179,11 @@ def sort_sources(files: Sequence[Path]) -> Sources:
     paths: dict[str, Path] = {}
     sensors = tuple(one for one in map(split_place, files) if one is not None)
     for path in files:
-        if split_place(path) is not None:
+        placed = split_place(path)
+        if path.suffix.lower() in _WORKBOOKS:
+            file = path if placed is None else placed[1]
+            raise InputError(file, "", "it is a workbook of a spreadsheet", "export its sheet as CSV")
+        if placed is not None:
             continue
         kind = _kind(path)
         if kind in paths:

@@ -272,6 +272,16 @@ def test_a_file_that_no_reader_knows_is_named_itself(name: str, text: str, words
         assert f"pocket={name}" in info.value.fix
 
 
+@pytest.mark.parametrize("place", ["", "pocket=", "insoles="])
+def test_a_workbook_is_to_be_exported(place: str, tmp_path: Path) -> None:
+    motion, fixes, _ = files(tmp_path)
+    path = tmp_path / "dot.xlsx"
+    path.write_bytes(b"PK\x03\x04\x14\x00\x06\x00\xff\xfe")
+    with pytest.raises(InputError, match=r"it is a workbook.*export its sheet as CSV") as info:
+        import_recording([motion, fixes, Path(f"{place}{path}")], tmp_path / "out", ANSWERS)
+    assert info.value.file == str(path)
+
+
 def test_clocks_that_files_do_not_share_are_asked_for(tmp_path: Path) -> None:
     motion, csv, _ = files(tmp_path)
     log = tmp_path / "track.nmea"
