@@ -7,6 +7,7 @@ that names the missing option.  The folder appears only once it reads as a recor
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
 from collections.abc import Callable, Sequence
@@ -34,6 +35,7 @@ from sssi_exudyn.importing.sensors.sensor_logs import (
     PRESSURE,
     Log,
     covered_by,
+    cut_log,
     holds_channels,
     read_logs,
     split_place,
@@ -60,6 +62,8 @@ MOTION, GPS, INSOLES, POLES, SENSORS = "motion.bvh", "gps.csv", "insoles.csv", "
 _EQUIPMENT: Final = ("skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m", "boot_centre_m")
 _OF_FIXES: Final = ("antenna_joint", "antenna_offset_m", "gps_sigma_m")
 _DAY: Final = 86400.0
+_LATEST_START: Final = 3600.0
+"""Time (s) of the first sample from which on the clock of a logger is not that of a run."""
 _LONGEST_NOTE: Final = 500
 _LONGEST_HEADER: Final = 300
 """Characters of a header that an error quotes."""
@@ -151,6 +155,7 @@ def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Reco
 
 def import_material(material: Material, out: Path, answers: Answers) -> Recording:
     """Make the recording folder ``out`` of what was read; see ``import_recording``."""
+    material, answers = _from_first_sample(material, answers)
     with folder_lock(out), clear_errors(out):
         refuse_existing(out)
         made = out / ".import"
@@ -165,6 +170,29 @@ def import_material(material: Material, out: Path, answers: Answers) -> Recordin
         finally:
             shutil.rmtree(made, ignore_errors=True)
     return replace(recording, folder=out)
+
+
+def _from_first_sample(material: Material, answers: Answers) -> tuple[Material, Answers]:
+    """Return sensors and fixes on a clock whose zero is the whole second before them, and the answers that are left.
+
+    Loggers count from when they were switched on, or from 1970.  A run's own clock begins with the run.
+    """
+    fixes = material.fixes
+    if material.bvh is not None or fixes is None or abs(material.covered[0]) < _LATEST_START:
+        return material, answers
+    start = math.floor(material.covered[0])
+    offset = offset_of_fixes(material, answers)
+    columns = {**fixes.columns, "time_s": fixes.columns["time_s"] + (offset - start)}
+    began = None if fixes.began is None else fixes.began + start - offset
+    moved = replace(
+        material,
+        fixes=replace(fixes, columns=columns, began=began, common_clock=True),
+        logs=tuple(cut_log(log, material.logs[0], start, math.inf) for log in material.logs),
+        began=None if material.began is None else material.began + start,
+        cut=(start, math.inf),
+        about=f"{material.about}; time 0 is {start} s of the sensors' clock",
+    )
+    return moved, replace(answers, gps_offset_s=None)
 
 
 def refuse_existing(out: Path) -> None:

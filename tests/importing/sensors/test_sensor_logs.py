@@ -119,6 +119,26 @@ def test_single_sensors_without_fixes_are_asked_for_a_file_of_them(
     assert info.value.file == str(logs["left_ski"])
 
 
+@pytest.mark.parametrize(("zero", "shared"), [(1_234_567.0, True), (1_551_007_195.0, True), (1_551_007_195.0, False)])
+def test_a_clock_that_began_long_ago_begins_with_the_run(
+    zero: float, shared: bool, logs: dict[str, Path], tmp_path: Path
+) -> None:
+    files = named(logs, "left_ski")
+    expected = import_recording(files, tmp_path / "expected", ANSWERS)
+    for path in [logs["left_ski"], logs["fixes"]] if shared else [logs["left_ski"]]:
+        table = pd.read_csv(path)
+        table["t_s"] += zero
+        table.to_csv(path, index=False, float_format="%.9f")
+    answers = ANSWERS if shared else replace(ANSWERS, gps_offset_s=zero)
+    made = import_recording(files, tmp_path / "made", answers)
+    assert f"time 0 is {zero:.0f} s of the sensors' clock" in made.note
+    assert made.gps is not None
+    assert expected.gps is not None
+    np.testing.assert_allclose(made.gps.time, expected.gps.time, rtol=0.0, atol=1e-5)
+    np.testing.assert_allclose(made.bvh.time, expected.bvh.time, rtol=0.0, atol=1e-5)
+    np.testing.assert_allclose(made.bvh.rotations, expected.bvh.rotations, rtol=0.0, atol=1e-3)
+
+
 def apart(log: Path, folder: Path, header: str, began: float = 1.7e9) -> list[Path]:
     """Write the log as an app with one file per instrument does.
 
