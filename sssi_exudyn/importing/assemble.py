@@ -7,6 +7,8 @@ that names the missing option.  The folder appears only once it reads as a recor
 
 from __future__ import annotations
 
+import math
+import re
 import shutil
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -33,16 +35,21 @@ from sssi_exudyn.importing.sensors.sensor_logs import (
     PRESSURE,
     Log,
     covered_by,
+    cut_log,
     holds_channels,
     read_logs,
     split_place,
+    titles_in,
     write_pressure,
     write_sensors,
 )
-from sssi_exudyn.io.files import read_bytes, read_text
+from sssi_exudyn.io.files import read_bytes
+from sssi_exudyn.io.separators import rows_of_table
 from sssi_exudyn.io.writing import clear_errors, folder_lock
 from sssi_exudyn.recording.instruments.bvh import Bvh
 from sssi_exudyn.recording.instruments.fixes import OPTIONAL, REQUIRED, Fixes, number_of
+from sssi_exudyn.recording.instruments.fixes_gnss_logger import is_gnss_log
+from sssi_exudyn.recording.instruments.fixes_nmea import is_nmea
 from sssi_exudyn.recording.instruments.gps import READERS, gps_from_fixes, read_fixes
 from sssi_exudyn.recording.instruments.imu import PLACES as IMU_PLACES
 from sssi_exudyn.recording.instruments.insoles import is_insoles, read_insoles
@@ -55,7 +62,14 @@ MOTION, GPS, INSOLES, POLES, SENSORS = "motion.bvh", "gps.csv", "insoles.csv", "
 _EQUIPMENT: Final = ("skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m", "boot_centre_m")
 _OF_FIXES: Final = ("antenna_joint", "antenna_offset_m", "gps_sigma_m")
 _DAY: Final = 86400.0
+_LATEST_START: Final = 3600.0
+"""Time (s) of the first sample from which on the clock of a logger is not that of a run."""
 _LONGEST_NOTE: Final = 500
+_LONGEST_HEADER: Final = 300
+"""Characters of a header that an error quotes."""
+_WORKBOOKS: Final = (".xlsx", ".xlsm", ".xls", ".ods", ".numbers")
+_OF_PLACES: Final = re.compile(r"(?<![a-z])(lat|lon|east)", re.IGNORECASE)
+"""Beginning of a word that only columns of places have, known ones or not."""
 _DIGITS: Final = {"time_s": 6, "latitude_deg": 9, "longitude_deg": 9}
 """Decimals of the columns of fixes; nine of a degree are 0.1 mm.  Other columns have four."""
 
@@ -141,6 +155,7 @@ def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Reco
 
 def import_material(material: Material, out: Path, answers: Answers) -> Recording:
     """Make the recording folder ``out`` of what was read; see ``import_recording``."""
+    material, answers = _from_first_sample(material, answers)
     with folder_lock(out), clear_errors(out):
         refuse_existing(out)
         made = out / ".import"
@@ -157,6 +172,29 @@ def import_material(material: Material, out: Path, answers: Answers) -> Recordin
     return replace(recording, folder=out)
 
 
+def _from_first_sample(material: Material, answers: Answers) -> tuple[Material, Answers]:
+    """Return sensors and fixes on a clock whose zero is the whole second before them, and the answers that are left.
+
+    Loggers count from when they were switched on, or from 1970.  A run's own clock begins with the run.
+    """
+    fixes = material.fixes
+    if material.bvh is not None or fixes is None or abs(material.covered[0]) < _LATEST_START:
+        return material, answers
+    start = math.floor(material.covered[0])
+    offset = offset_of_fixes(material, answers)
+    columns = {**fixes.columns, "time_s": fixes.columns["time_s"] + (offset - start)}
+    began = None if fixes.began is None else fixes.began + start - offset
+    moved = replace(
+        material,
+        fixes=replace(fixes, columns=columns, began=began, common_clock=True),
+        logs=tuple(cut_log(log, material.logs[0], start, math.inf) for log in material.logs),
+        began=None if material.began is None else material.began + start,
+        cut=(start, math.inf),
+        about=f"{material.about}; time 0 is {start} s of the sensors' clock",
+    )
+    return moved, replace(answers, gps_offset_s=None)
+
+
 def refuse_existing(out: Path) -> None:
     """Raise InputError where a folder holds a recording already."""
     if (out / FILE).exists():
@@ -169,7 +207,11 @@ def sort_sources(files: Sequence[Path]) -> Sources:
     paths: dict[str, Path] = {}
     sensors = tuple(one for one in map(split_place, files) if one is not None)
     for path in files:
-        if split_place(path) is not None:
+        placed = split_place(path)
+        if path.suffix.lower() in _WORKBOOKS:
+            file = path if placed is None else placed[1]
+            raise InputError(file, "", "it is a workbook of a spreadsheet", "export its sheet as CSV")
+        if placed is not None:
             continue
         kind = _kind(path)
         if kind in paths:
@@ -226,9 +268,24 @@ def _kind(path: Path) -> str:
     if suffix in INSOLE_EXPORTS and is_insole_export(path):
         return "insoles"
     if suffix in READERS:
+        _check_fixes(path, suffix)
         return "fixes"
     known = ", ".join(dict.fromkeys((*MOTION_READERS, *READERS, *INSOLE_EXPORTS)))
     raise InputError(path, "", f"no reader for {path.suffix!r}", f"export it as one of {known}")
+
+
+def _check_fixes(path: Path, suffix: str) -> None:
+    """Raise InputError for a table or a text, which may be of anything, without fixes of a known kind."""
+    if suffix not in (".csv", ".txt", ".log") or is_nmea(path) or (suffix == ".txt" and is_gnss_log(path)):
+        return
+    if suffix != ".csv":
+        fix = f"export it as one of {', '.join(READERS)}, or write its place before a sensor's file: pocket={path.name}"
+        raise InputError(path, "", "it is no log of NMEA or GnssLogger, and no export of insoles", fix)
+    titles = titles_in(path)
+    if not any(_OF_PLACES.search(title) for title in titles):
+        listed = one_line(", ".join(filter(None, titles)), _LONGEST_HEADER)
+        fix = f"name the columns of fixes {','.join(REQUIRED)}, or write a sensor's place before it: pocket={path.name}"
+        raise InputError(path, "header", f"these columns are none of fixes, forces or a sensor: {listed}", fix)
 
 
 def _write(made: Path, material: Material, answers: Answers) -> None:
@@ -344,7 +401,7 @@ def _read_as(read: Callable[[Path], object], made: Path, given: Path) -> None:
 
 def _cut_rows(path: Path, start: float, stop: float) -> str:
     """Return the header of a table with ``time_s``, and the rows from ``start`` to ``stop`` (s)."""
-    head, *rows = read_text(path).split("\n")
+    head, *rows = (line for _, line in rows_of_table(path))
     clock = [name.strip() for name in head.split(",")].index("time_s")
 
     def is_within(row: str) -> bool:
@@ -371,12 +428,15 @@ def _with_usual(answers: Answers, sources: Sources, fixes: Fixes | None) -> tupl
 
 
 def _check_answers(material: Material, answers: Answers) -> None:
-    """Raise InputError that names every option that is needed and not given."""
+    """Raise InputError for sensors without fixes, and one that names every option that is needed and not given."""
     sources, fixes, needed = material.sources, material.fixes, list[str]()
     if answers.slope_deg is not None or answers.fall_line_deg is not None:
         needed += ["slope_deg", "fall_line_deg"]
+    if fixes is None and sources.motion is None:
+        fix = f"add a file of fixes ({', '.join(READERS)})"
+        raise InputError(sources.first, "", "there are no fixes, without which single sensors show no run", fix)
     if fixes is None:
-        needed += ["slope_deg", "fall_line_deg", *(["heading_deg"] if sources.motion else [])]
+        needed += ["slope_deg", "fall_line_deg", "heading_deg"]
     elif not _common_clock(sources, fixes) and (fixes.began is None or material.began is None):
         needed.append("gps_offset_s")
     missing = [option_of(name) for name in dict.fromkeys(needed) if getattr(answers, name) is None]
@@ -453,7 +513,9 @@ def _read_back(made: Path, sources: Sources, answers: Answers) -> Recording:
         return read_recording(made)
     except InputError as error:
         name = Path(error.file).name
-        source = sources.of(name)
+        source = {"[motion]": sources.motion, "[gps]": sources.gps, "[insoles]": sources.insoles}.get(
+            error.place, sources.of(name)
+        )
         if answers.dem is not None and Path(name).suffix in SUFFIXES:
             source = Path(answers.dem)
         if source is not None:

@@ -5,6 +5,7 @@ A file is never held as one tree: an element that was not requested is dropped a
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import BinaryIO, Final
@@ -17,6 +18,8 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.bounds import MAX_ELEMENTS, MAX_MARKUP, MAX_NESTING, MAX_XML
 from sssi_exudyn.io.files import open_regular
 
+_BLANKS: Final = re.compile(rb"\A(?:\xef\xbb\xbf|[ \t\r\n])+")
+"""Blanks and the byte order mark that a UTF-8 text begins with."""
 _TORN: Final = (3, 5)
 """Expat's codes of a file that ends too early: no element found, unclosed token (pyexpat.errors)."""
 
@@ -41,7 +44,10 @@ class _Guarded:
         self.seen = self.given
 
     def read(self, size: int = -1, /) -> bytes:
-        """Read the next ``size`` bytes.  Raises InputError beyond the bounds."""
+        """Read the next ``size`` bytes, without blanks before the first of them.  Raises InputError beyond the bounds.
+
+        A site's export may begin with blanks or empty lines, which the parser does not take before ``<?xml``.
+        """
         if self.given - self.seen > MAX_MARKUP:
             problem = "a tag, comment or text longer than any recording has"
             raise InputError(self.path, "", problem, "export the run alone")
@@ -49,6 +55,8 @@ class _Guarded:
             problem = f"the file has more than {self.limit / 1e6:.0f} MB"
             raise InputError(self.path, "", problem, "export the run alone")
         piece = self.stream.read(size)
+        if self.given == 0:
+            piece = _BLANKS.sub(b"", piece, count=1)
         self.given += len(piece)
         return piece
 

@@ -12,8 +12,8 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.bounds import MAX_COLUMNS, MAX_NAME, MOST_FILLED, check_samples
-from sssi_exudyn.io.files import read_text
 from sssi_exudyn.io.repairs import REPEATED, Mask, Repairs, rising_records
+from sssi_exudyn.io.separators import rows_of_table
 
 SHORT_GAP: Final = 1.0
 """Longest gap that is interpolated, s; longer ones split the run.  In this time a skier moves by less than a turn."""
@@ -69,7 +69,7 @@ class Clock:
 
 
 def read_table(path: Path, choose: Choose | None = None) -> Table:
-    """Read a CSV file: one header line of names, commas, decimal points, one sample a line.
+    """Read a CSV file: one header line of names, one sample a line; separators are those of ``rows_of_table``.
 
     Parameters
     ----------
@@ -77,10 +77,10 @@ def read_table(path: Path, choose: Choose | None = None) -> Table:
         Other columns may hold text or nothing, and rows without numbers in needed columns are left out and noted.
         Without it all columns are read, and every row must be whole
 
-    Raises InputError for a missing header, other separators, and more bad rows than ``Repairs`` allows.  Without
+    Raises InputError for a missing header, and more bad rows than ``Repairs`` allows.  Without
     ``choose`` it raises it for rows of another length, and text, NaN or nothing in a number's place, with the line.
     """
-    rows = [(number, line) for number, line in enumerate(read_text(path).split("\n"), 1) if line.strip()]
+    rows = rows_of_table(path)
     names = _header(path, *rows[0])
     if len(rows) < 3:
         raise InputError(path, "", f"{len(rows) - 1} samples are no recording", "export the whole run")
@@ -107,10 +107,6 @@ def _header(path: Path, line: int, header: str) -> list[str]:
     longest = max(names, key=len)
     if len(longest) > MAX_NAME:
         raise InputError(path, f"line {line}", f"{longest!r} is no name of a column", "export the file again")
-    if ";" in header or "\t" in header:
-        raise InputError(
-            path, f"line {line}", "columns are not separated by commas", "export with commas and decimal points"
-        )
     if not any(name and not _is_number(name) for name in names):
         raise InputError(path, f"line {line}", "the header is missing", "put the columns' names on the first line")
     twice = sorted({name for name in names if names.count(name) > 1})
@@ -251,7 +247,7 @@ def bridge_gaps(path: Path, time: Array, width: int = 1, merit: Callable[[slice]
     width : count of numbers in one sample, for the bound on the filled samples
     merit : function of a part (slice of the samples); the part with the largest is kept, of equal ones the longest
 
-    Raises InputError when that part is shorter than ``SHORT_GAP``, and when its gaps would take more samples
+    Raises InputError when all or that part is shorter than ``SHORT_GAP``, and when its gaps would take more samples
     than any run has.
     """
     steps = np.diff(time)
@@ -265,6 +261,9 @@ def bridge_gaps(path: Path, time: Array, width: int = 1, merit: Callable[[slice]
     best = max(range(len(parts)), key=lambda i: (0.0 if merit is None else merit(parts[i]), lasting[i]))
     keep = parts[best]
     kept = time[keep]
+    if not len(cuts) and kept[-1] - kept[0] < SHORT_GAP:
+        problem = f"{kept[-1] - kept[0]:.2g} s are too short for a run"
+        raise InputError(path, "time_s", problem, f"export the whole run, at least {SHORT_GAP:g} s of it")
     if len(kept) < 3 or kept[-1] - kept[0] < SHORT_GAP:
         raise InputError(
             path, "time_s", f"no stretch of {SHORT_GAP:g} s is without a long gap", "export the run without gaps"

@@ -426,6 +426,10 @@ def _overlap(toml: Path, bvh: Bvh, gps: Gps | None, insoles: Insoles | None) -> 
     start = max(float(time[0]) for time in spans.values())
     stop = min(float(time[-1]) for time in spans.values())
     spans_text = ", ".join(f"{name} {time[0]:.2f} to {time[-1]:.2f} s" for name, time in spans.items())
+    shortest, time = min(spans.items(), key=lambda span: float(span[1][-1] - span[1][0]))
+    if time[-1] - time[0] < _SHORTEST:
+        problem = f"{time[-1] - time[0]:.2g} s are too short for a run"
+        raise InputError(toml, shortest, problem, f"export the whole run, at least {_SHORTEST:g} s of it")
     if stop - start < _SHORTEST:
         raise InputError(toml, "time_offset_s", f"the clocks do not overlap: {spans_text}", "correct the time_offset_s")
     if gps is not None:

@@ -197,6 +197,21 @@ def test_what_only_the_whole_recording_shows_names_the_given_file_too(tmp_path: 
     assert {path.name for path in (tmp_path / "out").iterdir()} == {".lock"}
 
 
+def test_what_is_too_short_for_a_run_says_how_long_it_must_be(tmp_path: Path) -> None:
+    tiny = Tiny()
+    tiny.rotations = {name: angles[:36] for name, angles in tiny.rotations.items()}
+    motion, fixes, _ = files(tmp_path / "capture", tiny)
+    with pytest.raises(InputError, match=r"0\.58 s are too short for a run.*at least 1 s") as info:
+        import_recording([motion, fixes], tmp_path / "out", ANSWERS)
+    assert info.value.file == str(motion)
+    tiny = Tiny()
+    tiny.gps = {name: column[:9] for name, column in tiny.gps.items()}
+    motion, fixes, _ = files(tmp_path / "fixes", tiny)
+    with pytest.raises(InputError, match=r"0\.8 s are too short for a run.*at least 1 s") as info:
+        import_recording([motion, fixes], tmp_path / "out", ANSWERS)
+    assert info.value.file == str(fixes)
+
+
 def test_an_unknown_ski_is_refused_with_the_list(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     tiny = Tiny().write(tmp_path / "tiny")
     answers = replace(ANSWERS, skis="slalom")
@@ -223,6 +238,48 @@ def test_two_of_a_kind_and_no_motion(tmp_path: Path) -> None:
         import_recording([*sources, sources[1]], tmp_path / "out", ANSWERS)
     with pytest.raises(InputError, match="no file holds a motion capture"):
         import_recording(sources[1:], tmp_path / "out", ANSWERS)
+
+
+@pytest.mark.parametrize("name", ["track.txt", "track.log", "track.csv"])
+def test_sentences_are_known_by_their_content(name: str, tmp_path: Path) -> None:
+    motion, _, _ = files(tmp_path)
+    log = tmp_path / name
+    log.write_text(nmea(Tiny().gps), encoding="utf-8")
+    made = import_recording([motion, log], tmp_path / "out", replace(ANSWERS, gps_sigma_m=None, gps_offset_s=0.25))
+    assert made.gps is not None
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        (
+            "dot.csv",
+            "sep=,\nPacketCounter,Euler_X,Status\n1,2.5,0\n",
+            "none of fixes.*: PacketCounter, Euler_X, Status;",
+        ),
+        ("notes.txt", "fresh snow, minus four degrees\n", "no log of NMEA or GnssLogger"),
+        ("receiver.log", "started\n", "no log of NMEA or GnssLogger"),
+    ],
+)
+def test_a_file_that_no_reader_knows_is_named_itself(name: str, text: str, words: str, tmp_path: Path) -> None:
+    motion, fixes, _ = files(tmp_path)
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    for given in ([motion, path, fixes], [motion, fixes, path]):
+        with pytest.raises(InputError, match=words) as info:
+            import_recording(given, tmp_path / "out", ANSWERS)
+        assert info.value.file == str(path)
+        assert f"pocket={name}" in info.value.fix
+
+
+@pytest.mark.parametrize("place", ["", "pocket=", "insoles="])
+def test_a_workbook_is_to_be_exported(place: str, tmp_path: Path) -> None:
+    motion, fixes, _ = files(tmp_path)
+    path = tmp_path / "dot.xlsx"
+    path.write_bytes(b"PK\x03\x04\x14\x00\x06\x00\xff\xfe")
+    with pytest.raises(InputError, match=r"it is a workbook.*export its sheet as CSV") as info:
+        import_recording([motion, fixes, Path(f"{place}{path}")], tmp_path / "out", ANSWERS)
+    assert info.value.file == str(path)
 
 
 def test_clocks_that_files_do_not_share_are_asked_for(tmp_path: Path) -> None:

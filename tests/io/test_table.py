@@ -1,4 +1,4 @@
-"""Gaps are counted before they are filled."""
+"""Separators of tables, and gaps, which are counted before they are filled."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.bounds import MAX_NUMBERS
-from sssi_exudyn.io.table import bridge_gaps
+from sssi_exudyn.io.table import bridge_gaps, read_table
 
 FILE = Path("any.csv")
 
@@ -40,3 +40,32 @@ def test_wide_samples_count_for_more() -> None:
     assert len(bridge_gaps(FILE, time, MAX_NUMBERS // 2000).time) == 2000
     with pytest.raises(InputError, match="more than any run has"):
         bridge_gaps(FILE, time, MAX_NUMBERS // 1999)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time_s,a\n0,1.5\n0.5,-2e1\n",
+        "sep=,\n\ntime_s,a\n0,1.5\n0.5,-2e1\n",
+        '"time_s";"a"\n0;1.5\n0.5;-2e1\n',
+        "SEP=;\r\ntime_s;a\r\n0;1,5\r\n0,5;-2e1\r\n",
+        "time_s\ta\n0\t1,5\n0,5\t-2e1\n",
+    ],
+)
+def test_cells_are_separated_by_commas_semicolons_or_tabs(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    path.write_text(text, encoding="utf-8", newline="")
+    columns = read_table(path).columns
+    assert list(columns) == ["time_s", "a"]
+    assert columns["time_s"].tolist() == [0.0, 0.5]
+    assert columns["a"].tolist() == [1.5, -20.0]
+
+
+def test_lines_of_a_marked_table_keep_their_numbers(tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    path.write_text("sep=;\ntime_s;a\n0;1\n1;one\n2;1\n", encoding="utf-8")
+    with pytest.raises(InputError, match="line 4, column 2: 'one' is not a number"):
+        read_table(path)
+    path.write_text("sep=;\n", encoding="utf-8")
+    with pytest.raises(InputError, match="the table is empty"):
+        read_table(path)

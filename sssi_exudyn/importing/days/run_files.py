@@ -17,6 +17,7 @@ from sssi_exudyn.importing.sensors.insole_exports import is_insole_export
 from sssi_exudyn.importing.sensors.sensor_logs import BAROMETER
 from sssi_exudyn.io.writing import clear_errors
 from sssi_exudyn.recording.instruments.fixes_gnss_logger import is_gnss_log
+from sssi_exudyn.recording.instruments.fixes_nmea import is_nmea
 from sssi_exudyn.recording.instruments.gopro import SUFFIXES as CAMERAS
 from sssi_exudyn.recording.instruments.gps import READERS
 from sssi_exudyn.recording.instruments.imu import PLACES
@@ -173,7 +174,7 @@ def _is_usable(path: Path) -> bool:
     suffix = path.suffix.lower()
     if suffix not in (*MOTION_READERS, *READERS, *INSOLE_EXPORTS, ARCHIVE):
         return False
-    return suffix not in (".txt", ".asc") or _is_recognised(path)
+    return suffix not in (".txt", ".asc", ".log") or _is_recognised(path)
 
 
 def _with_place(path: Path) -> Path:
@@ -184,6 +185,9 @@ def _with_place(path: Path) -> Path:
 
 def _is_recognised(path: Path) -> bool:
     try:
-        return is_insole_export(path) or (path.suffix.lower() == ".txt" and is_gnss_log(path))
+        suffix = path.suffix.lower()
+        return (
+            is_insole_export(path) or (suffix != ".asc" and is_nmea(path)) or (suffix == ".txt" and is_gnss_log(path))
+        )
     except InputError:  # no text
         return False

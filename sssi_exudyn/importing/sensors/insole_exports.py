@@ -5,7 +5,7 @@ system what its export looks like
 ====== =====================================================================================================
 OpenGo lines with ``#``, the last of which names the columns: ``time``, ``left total force[N]``, … (tabs or commas)
 loadsol a row of names (``ABCD-L:heel``, …, ``ABCD-L`` for the sum) above one of units, in which every insole has its
-       own ``Time[sec]`` and ``N`` columns (tabs)
+       own ``Time[sec]`` and ``N`` or ``Force[N]`` columns (tabs)
 pedar  a row ``time[secs] 1 2 … 198``: the pressures of 99 cells of the left and then of the right insole (tabs)
 ====== =====================================================================================================
 
@@ -35,6 +35,7 @@ _HEAD: Final = 40
 """Number of lines among which the names of the columns are."""
 _TOTAL: Final = re.compile(r"(left|right) total force ?\[N\]", re.IGNORECASE)
 _CLOCK: Final = re.compile(r"time(?: ?\[(s|secs?|ms)\])?", re.IGNORECASE)
+_NEWTON: Final = re.compile(r"N|(?:[Ff]orce ?)?\[N\]")
 _SIDE: Final = re.compile(r"(?:^|[^A-Za-z])(l|left|r|right)(?:$|[^A-Za-z])", re.IGNORECASE)
 _CELLS: Final = 99
 """Cells of a pedar insole."""
@@ -147,14 +148,14 @@ def _opengo(number: int, separator: str, cells: Sequence[str], _above: Sequence[
 
 
 def _loadsol(number: int, separator: str, cells: Sequence[str], above: Sequence[str]) -> _Layout | None:
-    units = [cell.strip("[]") for cell in cells]
+    forces = [bool(_NEWTON.fullmatch(cell)) for cell in cells]
     clocks = [column for column, cell in enumerate(cells) if _CLOCK.fullmatch(cell)]
-    if not clocks or "N" not in units or len(above) < len(units) - 1:
+    if not clocks or not any(forces) or len(above) < len(cells) - 1:
         return None
     feet: dict[str, tuple[int, int]] = {}
-    for column, (unit, name) in enumerate(zip(units, above, strict=False)):
+    for column, (is_force, name) in enumerate(zip(forces, above, strict=False)):
         side = _SIDE.search(name.partition(":")[0])
-        if unit == "N" and side is not None and ":" not in name:  # the sum of an insole's areas
+        if is_force and side is not None and ":" not in name:  # the sum of an insole's areas
             before = [clock for clock in clocks if clock < column]
             feet.setdefault(
                 "left" if side[1].lower().startswith("l") else "right", (before[-1] if before else 0, column)

@@ -23,9 +23,8 @@ from sssi_exudyn.core.text import one_line
 from sssi_exudyn.importing.sensors.opensense import SUFFIX as ORIENTATIONS
 from sssi_exudyn.importing.sensors.opensense import read_orientations
 from sssi_exudyn.io.bounds import MAX_COLUMNS, check_samples
-from sssi_exudyn.io.files import read_text
-from sssi_exudyn.io.long_table import pieces_of_lines
 from sssi_exudyn.io.repairs import Repairs
+from sssi_exudyn.io.separators import pieces_of_table, rows_of_table
 from sssi_exudyn.io.table import TORN_LINES, Table, bridge_gaps, check_time, in_order, numbers, parsed_rows
 from sssi_exudyn.recording.instruments.gopro import SUFFIXES as CAMERAS
 from sssi_exudyn.recording.instruments.gopro import read_telemetry
@@ -243,7 +242,7 @@ def _cells(path: Path) -> list[tuple[int, list[str]]]:
 
     Raises InputError for more cells than any run has.
     """
-    lines = [(number, line) for number, line in enumerate(read_text(path).split("\n"), 1) if line.strip()]
+    lines = rows_of_table(path)
     widest = 1 + max(line.count(",") for _, line in lines)
     if widest > MAX_COLUMNS:
         raise InputError(path, "header", "more columns than any instrument has", "export the file again")
@@ -283,7 +282,7 @@ def _read_log(place: str, path: Path) -> Log:
     parts: list[Array] = []
     lines: list[int] = []
     torn: list[str] = []
-    for piece in pieces_of_lines(path):
+    for piece in pieces_of_table(path):
         rows = piece
         if not names:
             header = _titles(path, piece[0])
@@ -313,13 +312,18 @@ def _read_log(place: str, path: Path) -> Log:
 
 def holds_channels(path: Path) -> bool:
     """Return whether a table has time and channels of a gyroscope or an accelerometer, and no places on Earth."""
-    for piece in pieces_of_lines(path):
-        titles = _titles(path, piece[0])
-        names = [_channel_name(path, title) for title in titles]
-        placed = any(title.lower().startswith("lat") for title in titles)
-        sensed = any(name.startswith(("rate_", "acceleration_", "gravity_")) for name in names)
-        return "time_s" in names and sensed and not placed
-    return False
+    titles = titles_in(path)
+    names = [_channel_name(path, title) for title in titles]
+    placed = any(title.lower().startswith("lat") for title in titles)
+    sensed = any(name.startswith(("rate_", "acceleration_", "gravity_")) for name in names)
+    return "time_s" in names and sensed and not placed
+
+
+def titles_in(path: Path) -> list[str]:
+    """Return the titles of a table's columns.  Raises InputError for more than any instrument has."""
+    for piece in pieces_of_table(path):
+        return _titles(path, piece[0])
+    return []
 
 
 def _titles(path: Path, row: tuple[int, str]) -> list[str]:
@@ -403,6 +407,7 @@ def _together(one: Log, other: Log) -> Log:
 
 
 def _write(path: Path, columns: dict[str, Array]) -> None:
-    rows = np.column_stack(list(columns.values())).tolist()
-    body = "\n".join(",".join(f"{value:.9g}" for value in row) for row in rows)
+    """Write a table; times have microseconds, however long ago the clock of the logger began."""
+    row = ",".join("%.6f" if name == "time_s" else "%.9g" for name in columns)
+    body = "\n".join(row % tuple(values) for values in np.column_stack(list(columns.values())).tolist())
     path.write_text(",".join(columns) + "\n" + body + "\n", encoding="utf-8")

@@ -14,6 +14,7 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.bounds import MAX_FIXES, MAX_LINES, check_samples
 from sssi_exudyn.io.files import read_bytes, read_text
+from sssi_exudyn.io.long_table import pieces_of_lines
 from sssi_exudyn.io.repairs import UNKNOWN, Repairs
 from sssi_exudyn.recording.instruments.fixes import Fixes, fixes_of_rows
 from sssi_exudyn.runtime.optional import library
@@ -27,6 +28,10 @@ _AMONG_BYTES: Final = re.compile(rb"\$[ -#%-)+-~]{5,200}\*[0-9A-Fa-f]{2}(?=[\r\n
 """A whole sentence among binary messages; bounded, and it holds no second beginning, so that any bytes are searched in
 one pass.
 """
+_ANY: Final = re.compile(r"\$[A-Z]{2}[A-Z]{3},")
+"""Beginning of a sentence of any kind."""
+_HEAD: Final = 200
+"""Number of lines among which a log has a sentence."""
 _LEAP: Final = re.compile(r"([01]\d|2[0-3])([0-5]\d)(60(?:\.\d+)?)")
 """A time of day, hhmmss, whose second is 60; some receivers also round to it."""
 _NO_MEASUREMENT: Final = (6, 7, 8)
@@ -111,6 +116,13 @@ def _lines(path: Path, repairs: Repairs) -> list[str]:
             repairs.add_all(f"{share:.0f} % of its bytes are binary and not read; lines count the sentences alone")
             return sentences
     return read_text(path).split("\n")
+
+
+def is_nmea(path: Path) -> bool:
+    """Return whether a text begins as a log of sentences does, whatever its name."""
+    for piece in pieces_of_lines(path):
+        return any(_ANY.search(line) for _, line in piece[:_HEAD])
+    return False
 
 
 def _add_sentence(log: _Log, sentence: Any, number: int) -> None:  # Any: the library makes its classes from a table

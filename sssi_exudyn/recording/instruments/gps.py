@@ -23,7 +23,7 @@ from sssi_exudyn.recording.instruments.fix_repairs import DEGREE, FASTEST, repai
 from sssi_exudyn.recording.instruments.fixes import Fixes, fixes_csv, fixes_gpx
 from sssi_exudyn.recording.instruments.fixes_fit import fixes_fit
 from sssi_exudyn.recording.instruments.fixes_gnss_logger import fixes_gnss_logger
-from sssi_exudyn.recording.instruments.fixes_nmea import fixes_nmea
+from sssi_exudyn.recording.instruments.fixes_nmea import fixes_nmea, is_nmea
 from sssi_exudyn.recording.instruments.fixes_rtklib import fixes_rtklib
 from sssi_exudyn.recording.instruments.fixes_ski_apps import SUFFIXES as SKI_APPS
 from sssi_exudyn.recording.instruments.fixes_ski_apps import fixes_ski_app
@@ -107,12 +107,17 @@ READERS: Final[dict[str, Callable[[Path], Fixes]]] = {
     ".gpx": fixes_gpx,
     ".fit": fixes_fit,
     ".nmea": fixes_nmea,
+    ".log": fixes_nmea,
     ".tcx": fixes_tcx,
     **dict.fromkeys(FILMS, fixes_gopro),
     **dict.fromkeys(SKI_APPS, fixes_ski_app),
     ".pos": fixes_rtklib,
     ".txt": fixes_gnss_logger,
 }
+
+
+_OF_ANYTHING: Final = (".csv", ".txt")
+"""Suffixes that loggers also give to logs of NMEA sentences."""
 
 
 @dataclass(frozen=True)
@@ -139,6 +144,8 @@ def add_fix_reader(reader: FixReader) -> None:
 def read_fixes(path: Path, sigma: float | None = None) -> Fixes:
     """Read the fixes of a file with the reader of its suffix, without those that cannot be used.
 
+    A log of NMEA sentences may also be called ``.csv`` or ``.txt``.
+
     Parameters
     ----------
     sigma : m, standard deviation of a horizontal fix, where the file does not have it; None where unknown
@@ -146,7 +153,8 @@ def read_fixes(path: Path, sigma: float | None = None) -> Fixes:
     Raises InputError for a suffix without reader, for whatever the reader refuses, and where too many fixes are bad.
     """
     try:
-        reader = READERS[path.suffix.lower()]
+        suffix = path.suffix.lower()
+        reader = fixes_nmea if suffix in _OF_ANYTHING and is_nmea(path) else READERS[suffix]
     except KeyError:
         *others, last = READERS
         raise InputError(

@@ -11,7 +11,7 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.io.files import read_text
+from sssi_exudyn.io.separators import rows_of_table
 from sssi_exudyn.io.table import Table, bridge_gaps, in_order, read_table
 
 _CELL: Final = re.compile(r"(left|right)_([0-9]{1,4})_N")
@@ -91,7 +91,7 @@ def read_insoles(path: Path, time_offset: float = 0.0) -> Insoles:
 
 def is_insoles(path: Path) -> bool:
     """Return whether a CSV file's header has columns of forces under feet."""
-    names = [name.strip() for name in read_text(path).partition("\n")[0].split(",")]
+    names = [name.strip() for name in rows_of_table(path)[0][1].split(",")]
     return any(_CELL.fullmatch(name) or name in ("left_N", "right_N") for name in names)
 
 

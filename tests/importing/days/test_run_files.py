@@ -66,6 +66,13 @@ def test_what_belongs_to_no_run_is_listed_and_what_lies_next_to_one_is_noted(tmp
     assert {entry.name: entry.why.split(" ")[0] for entry in unread} == {"list.xlsx": "no", "made": "a", "loop": "a"}
 
 
+def test_of_texts_of_anything_those_with_sentences_are_tracks(tmp_path: Path) -> None:
+    write(tmp_path, "day/run.bvh", "day/install.log", "day/notes.txt", "next/run.bvh")
+    for name in ("day/receiver.log", "next/receiver.txt"):
+        (tmp_path / name).write_text("$GPGSA,A,3,08,29,27,28,26,24,,,,,,,3.2,1.7,2.7*3E\n", encoding="utf-8")
+    assert names_of(tmp_path) == {"day": ["receiver.log", "run.bvh"], "next": ["receiver.txt", "run.bvh"]}
+
+
 def test_work_is_bounded(tmp_path: Path) -> None:
     write(tmp_path, "/".join("abcdefghij") + "/run.gpx")
     with pytest.raises(InputError, match="more than 8 folders within folders"):

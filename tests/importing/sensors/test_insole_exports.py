@@ -51,6 +51,20 @@ def test_pressures_are_scaled_to_the_weight_and_say_so(tmp_path: Path) -> None:
     assert np.mean(left + right) == pytest.approx(81.0 * GRAVITY, rel=1e-6)
 
 
+def test_units_of_loadsol_may_have_their_quantity(tmp_path: Path) -> None:
+    names = ["", "PGV1-L::heel", "PGV1-L", "", "PGV1-L::xAcc", "", "PGV2-R::heel", "PGV2-R", "", "PGV2-R::xAcc", ""]
+    foot = ["Time[secs]", "Force[N]", "Force[N]", "Time[secs]", "[g]"]
+    rows = [[f"{0.005 * i:.3f}", "90", f"{294.55 + i}", f"{0.005 * i:.3f}", "0.7"] for i in range(4)]
+    rows = [[*row, row[0], "60", f"{269.7 - i}", *row[3:], ""] for i, row in enumerate(rows)]
+    lines = ["\t".join(cells) for cells in (names, [*foot, *foot, ""], *rows)]
+    path = write(tmp_path / "loadsol.txt", "loadapp.loadflux\ncomment weights\n" + "\n".join(lines) + "\n")
+    assert is_insole_export(path)
+    time, left, right = table(read_insole_export(path).table(70.0, None)).T
+    np.testing.assert_allclose(time, 0.005 * np.arange(4))
+    np.testing.assert_allclose(left, 294.55 + np.arange(4))
+    np.testing.assert_allclose(right, 269.7 - np.arange(4))
+
+
 def test_a_stretch_begins_at_zero(tmp_path: Path) -> None:
     export = read_insole_export(write(tmp_path / "opengo.txt", opengo()))
     time, left, _ = table(export.table(70.0, (2.0, 5.0))).T

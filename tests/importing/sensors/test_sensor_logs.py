@@ -16,7 +16,9 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.assemble import import_recording
-from sssi_exudyn.importing.sensors.sensor_logs import read_logs, write_pressure
+from sssi_exudyn.importing.sensors.sensor_logs import holds_channels, read_logs, write_pressure, write_sensors
+from sssi_exudyn.recording.instruments.fixes import fixes_csv
+from sssi_exudyn.recording.instruments.imu import read_imu
 from sssi_exudyn.recording.instruments.insoles import read_insoles
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
@@ -105,6 +107,36 @@ def test_repeated_places_and_missing_channels_are_reported(logs: dict[str, Path]
     with pytest.raises(InputError, match="no time and channels"):
         import_recording([Path(f"chest={logs['fixes']}"), logs["fixes"]], tmp_path / "none", ANSWERS)
     assert not (tmp_path / "none" / "recording.toml").exists()
+
+
+@pytest.mark.parametrize("slope_deg", [None, 15.0])
+def test_single_sensors_without_fixes_are_asked_for_a_file_of_them(
+    slope_deg: float | None, logs: dict[str, Path], tmp_path: Path
+) -> None:
+    answers = replace(ANSWERS, slope_deg=slope_deg, fall_line_deg=slope_deg)
+    with pytest.raises(InputError, match=r"there are no fixes.*add a file of fixes \(.csv, .gpx") as info:
+        import_recording([Path(f"pocket={logs['left_ski']}")], tmp_path / "out", answers)
+    assert info.value.file == str(logs["left_ski"])
+
+
+@pytest.mark.parametrize(("zero", "shared"), [(1_234_567.0, True), (1_551_007_195.0, True), (1_551_007_195.0, False)])
+def test_a_clock_that_began_long_ago_begins_with_the_run(
+    zero: float, shared: bool, logs: dict[str, Path], tmp_path: Path
+) -> None:
+    files = named(logs, "left_ski")
+    expected = import_recording(files, tmp_path / "expected", ANSWERS)
+    for path in [logs["left_ski"], logs["fixes"]] if shared else [logs["left_ski"]]:
+        table = pd.read_csv(path)
+        table["t_s"] += zero
+        table.to_csv(path, index=False, float_format="%.9f")
+    answers = ANSWERS if shared else replace(ANSWERS, gps_offset_s=zero)
+    made = import_recording(files, tmp_path / "made", answers)
+    assert f"time 0 is {zero:.0f} s of the sensors' clock" in made.note
+    assert made.gps is not None
+    assert expected.gps is not None
+    np.testing.assert_allclose(made.gps.time, expected.gps.time, rtol=0.0, atol=1e-5)
+    np.testing.assert_allclose(made.bvh.time, expected.bvh.time, rtol=0.0, atol=1e-5)
+    np.testing.assert_allclose(made.bvh.rotations, expected.bvh.rotations, rtol=0.0, atol=1e-3)
 
 
 def apart(log: Path, folder: Path, header: str, began: float = 1.7e9) -> list[Path]:
@@ -281,6 +313,24 @@ def test_an_experiment_of_phyphox_has_one_clock(whole: Recording, tmp_path: Path
         import_recording([EXAMPLE / "motion.bvh", fixes], tmp_path / "captured", ANSWERS)
 
 
+@pytest.mark.parametrize(("separator", "point"), [(";", "."), (";", ","), ("\t", "."), ("\t", ",")])
+def test_an_experiment_of_phyphox_may_have_other_separators(
+    separator: str, point: str, whole: Recording, tmp_path: Path
+) -> None:
+    files = phyphox(whole, tmp_path)
+    expected = read_logs([("pocket", path) for path in files[:2]])
+    fixes = fixes_csv(files[2])
+    for path in files:
+        text = path.read_text(encoding="utf-8").replace(",", separator).replace(".", point)
+        path.write_text(text, encoding="utf-8")
+    assert holds_channels(files[0])
+    for log, same in zip(read_logs([("pocket", path) for path in files[:2]]), expected, strict=True):
+        for name, column in same.table.columns.items():
+            np.testing.assert_array_equal(log.table.columns[name], column)
+    for name, column in fixes_csv(files[2]).columns.items():
+        np.testing.assert_array_equal(column, fixes.columns[name])
+
+
 def test_titles_with_capitals_and_the_instruments_name(whole: Recording, tmp_path: Path) -> None:
     gyro, accel, _ = phyphox(whole, tmp_path)
     (expected,) = read_logs([("chest", gyro), ("chest", accel)])
@@ -321,3 +371,14 @@ def test_torn_lines_of_a_logger_cost_themselves(logs: dict[str, Path], tmp_path:
     assert len(log.table.lines) == len(whole.table.lines) - 3
     assert any("2 of" in note and "torn" in note for note in log.notes)
     assert any("1 of" in note and "stands still" in note for note in log.notes)
+
+
+@pytest.mark.parametrize("zero", [1_234_567.891, 1_551_007_195.25])
+def test_a_clock_that_began_long_ago_keeps_its_samples(zero: float, logs: dict[str, Path], tmp_path: Path) -> None:
+    table = pd.read_csv(logs["left_ski"])
+    table["t_s"] += zero
+    table.to_csv(tmp_path / "uptime.csv", index=False, float_format="%.6f")
+    (log,) = read_logs([("left_ski", tmp_path / "uptime.csv")])
+    write_sensors([log], tmp_path)
+    written = read_imu(tmp_path / "sensors" / "left_ski.csv", "left_ski")
+    np.testing.assert_allclose(written.time, log.table.columns["time_s"], rtol=0.0, atol=1e-6)

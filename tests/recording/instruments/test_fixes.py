@@ -131,6 +131,14 @@ RADIUS_68 = np.sqrt(-2.0 * np.log(0.32))
 """Radius around 68 % of fixes, in standard deviations of one direction."""
 
 
+@pytest.mark.parametrize("before", [" " * 10, "\ufeff", "\ufeff \r\n", "\n\t"])
+def test_blanks_before_xml_are_left_out(before: str, tmp_path: Path) -> None:
+    fixes = read_fixes(write(tmp_path, "watch.tcx", before + tcx(track())))
+    np.testing.assert_allclose(fixes.columns["latitude_deg"], track()["latitude_deg"], atol=1e-9)
+    with pytest.raises(InputError, match="broken XML"):
+        read_fixes(write(tmp_path, "blank.tcx", before + " "))
+
+
 @pytest.mark.parametrize("suffix", [".skiz", ".slopes"])
 def test_ski_apps_speed_course_and_spread(suffix: str, tmp_path: Path) -> None:
     columns = read_fixes(write(tmp_path, f"day{suffix}", ski_app(track(), suffix, speed=7.25))).columns

@@ -218,7 +218,6 @@ def test_a_speed_in_metres_per_second_is_taken(tmp_path: Path, noise: float, tur
 
 TEXT_FAULTS = {
     "text": (lambda t: t.replace(",46.", ",N46."), "line 2"),
-    "semicolons": (lambda t: t.replace(",", ";"), "line 1"),
     "no header": (lambda t: t.split("\n", 1)[1], "line 1"),
     "column twice": (lambda t: t.replace("altitude_m", "time_s"), "line 1"),
     "header only": (lambda t: t.split("\n", 1)[0], ""),
