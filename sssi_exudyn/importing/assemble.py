@@ -520,4 +520,7 @@ def _read_back(made: Path, sources: Sources, answers: Answers) -> Recording:
             source = Path(answers.dem)
         if source is not None:
             raise InputError(source, error.place, error.problem, error.fix) from None
-        raise InputError("sssi import", error.place, error.problem, f"{error.fix} (by its option)") from None
+        fix = error.fix
+        if error.place == "[slope]":
+            fix = f"give {option_of('slope_deg')} and {option_of('fall_line_deg')}, or fixes of a run downhill"
+        raise InputError(sources.first, error.place, error.problem, fix) from None

@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.bounds import MAX_FIXES, MAX_LINES, check_samples
 from sssi_exudyn.io.files import read_bytes, read_text
 from sssi_exudyn.io.long_table import pieces_of_lines
@@ -34,6 +35,8 @@ _HEAD: Final = 200
 """Number of lines among which a log has a sentence."""
 _LEAP: Final = re.compile(r"([01]\d|2[0-3])([0-5]\d)(60(?:\.\d+)?)")
 """A time of day, hhmmss, whose second is 60; some receivers also round to it."""
+_KEPT: Final = 2.0
+"""s for which a spread holds; receivers send GST once a second or two."""
 _NO_MEASUREMENT: Final = (6, 7, 8)
 """Qualities of a place that was estimated, typed in or simulated."""
 _UNKNOWN_DILUTION: Final = 50.0
@@ -173,11 +176,25 @@ def _number(text: Any) -> float:  # Any: the library gives a number, a text or n
     return np.nan if text in (None, "") else float(text)
 
 
+def _spreads(log: _Log) -> Array:
+    """Return the spread (n,) m of each fix: that of the nearest GST within ``_KEPT``, as receivers send fewer of these
+    than of fixes; NaN without any.
+    """
+    moments = np.array(log.moments)
+    known = np.array(sorted((moment, spread) for moment, spread in log.spread.items() if np.isfinite(spread)))
+    if not len(known):
+        return np.full(len(moments), np.nan)
+    nearest = np.clip(np.searchsorted(known[:, 0], moments), 1, max(len(known) - 1, 1))
+    before, after = known[nearest - 1], known[np.minimum(nearest, len(known) - 1)]
+    closer = np.where((moments - before[:, 0] <= after[:, 0] - moments)[:, None], before, after)
+    return np.where(np.abs(closer[:, 0] - moments) <= _KEPT, closer[:, 1], np.nan)
+
+
 def _fixes(log: _Log, repairs: Repairs) -> Fixes:
-    unknown = (np.nan, np.nan)
+    unknown, spreads = (np.nan, np.nan), _spreads(log)
     rows = [
-        (moment, *place, *log.speed_course.get(moment, unknown), log.spread.get(moment, np.nan))
-        for moment, place in zip(log.moments, log.places, strict=True)
+        (moment, *place, *log.speed_course.get(moment, unknown), spread)
+        for moment, place, spread in zip(log.moments, log.places, spreads.tolist(), strict=True)
     ]
     began = None
     if log.first_day is not None:

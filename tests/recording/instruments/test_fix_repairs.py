@@ -288,7 +288,7 @@ LOGS: dict[str, tuple[str, int, str]] = {
         "",
     ),
     "a logger's clock before it": ("\n".join(f"12:00:01.25 > {line}" for line in sentences(str).split("\n")), 81, ""),
-    "spread left empty": (sentences(no_spread), 81, "14 of 81 fix(es) of poor or unknown accuracy"),
+    "spread left empty": (sentences(no_spread), 81, ""),
     "dilution 99.99": (sentences(quality(",1,03,99.99,")), 81, "3 of 243 sentence(s) marked as not exact"),
     "no fix": (sentences(quality(",0,00,0.8,")), 81, "3 of 243 sentence(s) without a fix"),
     "quality left empty": (sentences(quality(",,00,0.8,")), 81, "3 of 243 sentence(s) without a fix"),

@@ -67,6 +67,17 @@ def test_nmea_speed_course_and_spread(tmp_path: Path) -> None:
     assert columns["sigma_m"] == pytest.approx(np.hypot(0.03, 0.04) / np.sqrt(2.0))
 
 
+def test_a_spread_holds_until_the_next_one(tmp_path: Path) -> None:
+    """Receivers send fewer GST than fixes: here every fourth, in which the first fix has none."""
+    lines = nmea(track(), knots=8.0, course=160.0).split("\r\n")
+    spreads = [i for i, line in enumerate(lines) if "GST" in line]
+    kept = [line for i, line in enumerate(lines) if i not in spreads or spreads.index(i) % 4 == 1]
+    whole = read_fixes(write(tmp_path, "whole.nmea", "\r\n".join(lines)))
+    sparse = read_fixes(write(tmp_path, "sparse.nmea", "\r\n".join(kept)))
+    assert len(sparse.columns["time_s"]) == len(whole.columns["time_s"])
+    np.testing.assert_allclose(sparse.columns["sigma_m"], whole.columns["sigma_m"])
+
+
 def test_nmea_torn_and_lost_sentences_are_left_out_and_noted(tmp_path: Path) -> None:
     lines = nmea(track()).split("\r\n")
     lines[40] = lines[40][:30]
