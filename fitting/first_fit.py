@@ -46,7 +46,7 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache, Shapes, fingerprint
 from sssi_exudyn.simulation.full.run import antenna_path
-from sssi_exudyn.simulation.reduced.prepared import STEP, Prepared, prepare
+from sssi_exudyn.simulation.reduced.prepared import COARSE_STEP, STEP, Prepared, prepare
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 
 Responses = Callable[[Array], tuple[Array, Array]]
@@ -60,8 +60,6 @@ _FIRST_NOISE: Final = ExponentialNoise(0.05, NOISE.gps.memory)
 """Of the residual, before there is one: what posture errors of 0.3° and a receiver of 2 cm leave."""
 _COARSE_NOISE = 1.0
 """m; what fixes of any receiver are wrong by against their neighbours, before the residual tells."""
-COARSE_STEP = 0.01
-"""s; steps of the reduced model where a centimetre of path is nothing."""
 _COARSE_TOLERANCE = 0.1
 """Of the objective, there, before everything else that is uncertain is sought along."""
 _CARVED_TOLERANCE = 20.0

@@ -22,15 +22,13 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
 from sssi_exudyn.simulation.heading import Turn, turned
 from sssi_exudyn.simulation.reduced.derivatives import TableChange, skier_mass_change
-from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepare
+from sssi_exudyn.simulation.reduced.prepared import COARSE_STEP, Prepared, ReducedRun, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.terrain.from_heights import TILTS
 
 _SMALLEST: Final = 1e-6
 """Lower bound of a number that must stay above zero, in its unit, where the model allows zero."""
-STEP: Final = 0.01
-"""s; steps of the reduced model."""
 _DIFFERENCE: Final = 1e-3
 """Standard deviations of an error by which the body's own moment is differentiated."""
 
@@ -192,7 +190,7 @@ def point_at(setting: Setting, model: Model, sizes: Array, beyond: Array) -> Poi
 
     Raises SimulationDiverged when its simulation does.
     """
-    prepared = prepare(model, setting.motion, step=STEP)
+    prepared = prepare(model, setting.motion, step=COARSE_STEP)
     run = simulate_reduced(model, prepared)
     balance = balance_of(model, correct_motion(model, setting.motion), prepared.correct_capture(model), run)
     predicted = setting.seen.predict(model, run, balance, prepared) + beyond

@@ -27,12 +27,11 @@ from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.few_sensors.few_sensors_fit import path_data
 from sssi_exudyn.fitting.few_sensors.path_balance import PathEstimate, estimate_path
-from sssi_exudyn.fitting.first_fit import COARSE_STEP
 from sssi_exudyn.importing.answers import AnswerOptions
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.runtime.threads import with_one_thread_for_products
-from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.prepared import COARSE_STEP, prepare
 
 NAMES = {"carving": 0, "skidded": 1, "snowplow": 2}
 EQUIPMENT: Final[AnswerOptions] = {

@@ -33,7 +33,7 @@ from sssi_exudyn.fitting.few_sensors.path_balance import (
     estimate_path,
     predict_second_half,
 )
-from sssi_exudyn.fitting.first_fit import COARSE_STEP, UNSTEERED, Fitted, noise_of, problem_of
+from sssi_exudyn.fitting.first_fit import UNSTEERED, Fitted, noise_of, problem_of
 from sssi_exudyn.fitting.noise import usual_levels
 from sssi_exudyn.fitting.objective import counts_of
 from sssi_exudyn.fitting.optimise import Optimum
@@ -47,7 +47,7 @@ from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.recording import FILE, Recording
 from sssi_exudyn.simulation.full.forces_numpy import ArrayLaws
 from sssi_exudyn.simulation.heading import HEADING
-from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepare
+from sssi_exudyn.simulation.reduced.prepared import COARSE_STEP, Prepared, ReducedRun, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
 B: Final = NumberRef("speed_dependent_friction.b")

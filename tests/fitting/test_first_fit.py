@@ -21,7 +21,7 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.simulation.full.run import antenna_path, simulate
-from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.prepared import COARSE_STEP, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 
@@ -132,7 +132,7 @@ def test_a_step_to_where_the_run_diverges_is_taken_back(
     motion, problem = made
     if method == "paper":
         problem = replace(problem, priors={})
-    prepared = prepare(problem.model, motion, step=fitting.COARSE_STEP)
+    prepared = prepare(problem.model, motion, step=COARSE_STEP)
     undisturbed = fitting.fit_reduced(problem, prepared)
     first_step = 2 if method == "joint" else 3  # the paper's search asks for the start twice
     calls, failing = 0, {first_step}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 
@@ -43,18 +42,13 @@ from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.runtime.cache import Cache, fingerprint
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.reduced.derivatives import skier_mass_change
-from sssi_exudyn.simulation.reduced.prepared import Prepared, prepare
+from sssi_exudyn.simulation.reduced.prepared import COARSE_STEP, Prepared, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.terrain.from_heights import TILTS
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES, LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, Hypothesis, probes_by, responses_of
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
-
-STEP: Final = 0.01
-"""s; steps of the reduced model.  They move a run's path by a centimetre against short ones, evenly for all
-explanations; what the full model predicts beyond is added to every prediction.
-"""
 
 
 @dataclass(frozen=True)
@@ -151,7 +145,7 @@ def diagnosis_problem(
         model=model,
         ground=None,
         parameters=tuple(Parameter((name,), prior) for name, prior in priors.items()),
-        prepared=prepare(model, motion, step=STEP),
+        prepared=prepare(model, motion, step=COARSE_STEP),
         measurements=measurements,
         fitting=fitting,
         key=fingerprint(

@@ -26,9 +26,9 @@ from sssi_exudyn.fitting.snow_surface import surface_process
 from sssi_exudyn.model.faults import InsoleSensor, LeverArm
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.runtime.cache import Shapes, fingerprint
-from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.prepared import COARSE_STEP, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
-from sssi_exudyn.validation.diagnosis.context import STEP, DiagnosisProblem, Nuisances, no_nuisances, nuisances_of
+from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem, Nuisances, no_nuisances, nuisances_of
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun
 
 Arrays = Mapping[str, NDArray[np.generic]]
@@ -169,7 +169,7 @@ def linearise_about(
     problem = replace(
         problem,
         ground=None if problem.ground is None or model.surface is None else problem.ground.estimated(model),
-        prepared=prepare(model, problem.motion, step=STEP),
+        prepared=prepare(model, problem.motion, step=COARSE_STEP),
         key=fingerprint(problem.key, model, posterior.sizes),
     )
     model, _ = problem.place(model)

@@ -40,6 +40,10 @@ from sssi_exudyn.simulation.ski_on_snow.structs import (
 
 MODES: Final = 12
 """Vibrations of each ski that are kept: up to 130 Hz for a slalom ski."""
+COARSE_STEP: Final = 0.01
+"""s; steps of estimates and diagnoses.  They move a run's path by a centimetre against short ones, evenly for all
+explanations; what the full model predicts beyond runs of these steps is added to predictions.
+"""
 STEP: Final = 0.005
 """s"""
 _OVER_TIME: Final = ("time", "antenna", "foot", "com", "exposed")

@@ -24,7 +24,7 @@ from sssi_exudyn.fitting.few_sensors.few_sensors_fit import (
     path_data,
 )
 from sssi_exudyn.fitting.few_sensors.path_balance import PathData, estimate_path
-from sssi_exudyn.fitting.first_fit import COARSE_STEP, problem_of
+from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.misfit import believable_fit, why_missed
 from sssi_exudyn.fitting.parameters import posture_errors
 from sssi_exudyn.model.from_recording import model_of
@@ -38,7 +38,7 @@ from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.sections.few_sensors import few_sensors
 from sssi_exudyn.results.posture import posture_figures, second_half_table
 from sssi_exudyn.simulation.heading import HEADING
-from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.prepared import COARSE_STEP, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
 TRUE = {"friction.mu_t": 0.06, "friction.mu_n": 0.55}

@@ -14,7 +14,7 @@ from sssi_exudyn.contact.terms.friction_corrections import Braking
 from sssi_exudyn.core.frames import Array, slope_to_level
 from sssi_exudyn.core.noise import ExponentialNoise
 from sssi_exudyn.fitting.few_sensors.led_run import Fixes, lead
-from sssi_exudyn.fitting.first_fit import COARSE_STEP, problem_of
+from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import PostureCorrection
@@ -22,7 +22,7 @@ from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.heading import HEADING
-from sssi_exudyn.simulation.reduced.prepared import ReducedRun, prepare
+from sssi_exudyn.simulation.reduced.prepared import COARSE_STEP, ReducedRun, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
 NOISE = ExponentialNoise(0.35, 20.0)
