@@ -149,8 +149,8 @@ def keep(folder: Path, commit: str) -> None:
     kind = min(kinds)
     alone = kinds == {kind}
     path = ALONE[kind].kept(kind) if alone else KEPT
-    if kind == "none" and alone and path.exists():
-        # false alarms are few: those of earlier methods still count
+    if kind in ("none", "whole_runs") and alone and path.exists():
+        # false alarms and whole runs are few: those of earlier methods still count
         before = pq.read_table(path)
         table = pa.concat_tables([before.filter(pc.not_equal(before["seal"], seal)), table])
     pq.write_table(table, path, compression="zstd")
