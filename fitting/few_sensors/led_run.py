@@ -35,7 +35,7 @@ from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
 _MOST_TURN: Final = 1.5
-"""rad by which the posture is turned at most: skis that point farther from the path were not skied."""
+"""rad by which the posture is turned at most, less than a model's file may hold: no skis point so far from the path."""
 _BRAKING: Final = ExponentialNoise(0.045, 5.0)
 """Braking that lasts for turns: as strong, over a minute, as that of ``path_balance`` (0.08 for 1.5 s)."""
 _TURN_MEMORY: Final = 3.0

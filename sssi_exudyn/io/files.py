@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import BinaryIO, Final
@@ -143,11 +143,11 @@ def sha256(path: Path, limit: int = MAX_BYTES) -> str:
     return "sha256:" + digest.hexdigest()
 
 
-def is_as_written(path: Path, written: object, older: str) -> bool:
+def is_as_written(path: Path, written: object, older: Callable[[], str]) -> bool:
     """Tell whether a file has the SHA-256 that was ``written`` down for it, if any; earlier versions wrote down that
-    of its numbers, ``older``.
+    of its numbers, which ``older`` computes.
     """
-    return written in (None, older) or written == sha256(path).removeprefix("sha256:")
+    return written is None or written == sha256(path).removeprefix("sha256:") or written == older()
 
 
 @contextmanager

@@ -56,7 +56,7 @@ def read_correction(table: Settings, path: Path) -> PostureCorrection:
     if np.max(np.abs(angles)) > _MOST:
         raise InputError(file, "", f"an angle is corrected by more than {_MOST:g} rad", "give radians")
     correction = PostureCorrection(frame["time_s"].to_numpy(dtype=float), angles)
-    if not is_as_written(file, table.get("sha256"), correction.digest):
+    if not is_as_written(file, table.get("sha256"), lambda: correction.digest):
         raise InputError(
             file, "", "not the correction that the model was written with", f"take it away from {path.name}: sha256"
         )

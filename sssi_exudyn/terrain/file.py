@@ -83,7 +83,7 @@ def read_surface(table: Settings, path: Path) -> Surface:
         raise InputError(path, "[surface] amounts", "not a number in its bounds", bound)
     values = tuple(float(amount) for amount in amounts)
     surface = Surface((place.origin_f, place.origin_l), place.spacing, grid[0], grid[1], grid[2:], values)
-    if not is_as_written(file, table.get("sha256"), surface.digest):
+    if not is_as_written(file, table.get("sha256"), lambda: surface.digest):
         raise InputError(
             file, "", "not the surface that the model was written with", f"take it away from {path.name}: sha256"
         )

@@ -128,15 +128,15 @@ def _search(about: Reestimate, *, full: bool) -> tuple[Reestimate, list[Round], 
             break
         begin, share = share, share + _ROUND * (1.0 - _LAST_SHARE - share)
         compared = begin + _RIVALS * (share - begin)
-        comparing = problem.reporting(compared, share).progress
+        report_comparison = problem.reporting(compared, share).progress
         try:
             latest, estimates = estimate_rivals(problem.reporting(begin, compared), state, latest, full=full)
-            latest, pair = _try_pair(comparing, latest, estimates, forms)
+            latest, pair = _try_pair(report_comparison, latest, estimates, forms)
             best = latest.best
             if latest.nothing.probability > allowed or not isinstance(best, Refitted) or best.name not in estimates:
                 rounds[-1] = latest
                 break
-            form, following = pair or _next_round(comparing, latest, best, estimates[best.name], forms)
+            form, following = pair or _next_round(report_comparison, latest, best, estimates[best.name], forms)
             by_fits = best.name
             latest, best = weigh_finding(latest, best, estimates, following)
             if latest.nothing.probability > allowed:
@@ -145,7 +145,7 @@ def _search(about: Reestimate, *, full: bool) -> tuple[Reestimate, list[Round], 
             chosen = estimates[best.name]
             chosen = replace(chosen, problem=replace(chosen.problem, progress=problem.progress))
             if best.name != by_fits:
-                form, following = _next_round(comparing, latest, best, chosen, forms)
+                form, following = _next_round(report_comparison, latest, best, chosen, forms)
         except SimulationDiverged as error:
             problem.progress(None, f"the search ends: with {latest.best.name} {error}")
             break
