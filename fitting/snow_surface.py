@@ -40,14 +40,14 @@ from sssi_exudyn.terrain.surface import Surface
 BAROMETER: Final = (0.12, ExponentialNoise(4.5, 1000.0))
 """Of a barometer's heights: twice what is independent (m), and a wander of 0.2 m in a second, as a logger's show that
 went down a glacier; it forgets in 1000 s, much longer than a run."""
-_NOTICED: Final = 0.1
-"""Of a fix's standard deviation: a movement of the whole track that small is not noticed.  Many modes that move it by
-half of it are left out together: with 0.5 slopes were off by three of their standard deviations, mu_n by 2.3.
+_NOTICED: Final = 0.15
+"""Of a fix's standard deviation: a movement of the whole track that small, by all modes left out, is not noticed."""
+_NOTICED_LOAD: Final = 0.1
+"""Of the insoles' noise as it is stated: half of what white readings at 50 Hz have in a tenth of a second.  Where each
+mode left out had 0.07, some sixty of them had 17 N together, and a patch of slower snow was taken for a gust.
 """
-_NOTICED_LOAD: Final = 0.07
-"""Of the insoles' noise: they are read twenty times a second."""
-_NOTICED_TILT: Final = 0.001
-"""rad; 0.4 mm from one ski to the other, of which insoles notice some millimetres."""
+_NOTICED_TILT: Final = 0.0015
+"""rad; 0.6 mm from one ski to the other, of which insoles notice some millimetres."""
 _LIFTED: Final = 0.03
 """m; of two skis the one higher than the other by much more than this is off the snow."""
 _DATUM: Final = 10.0

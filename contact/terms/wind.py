@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
-from sssi_exudyn.contact.maths import Math, Vector
+from sssi_exudyn.contact.maths import Math, Number, Vector
 from sssi_exudyn.contact.term import PlaceState, SegmentState, SegmentTerm, WindTerm
 from sssi_exudyn.contact.terms.air import AirDrag
 from sssi_exudyn.contact.terms.shapes import swell
@@ -16,23 +16,44 @@ _STRONGEST: Final = 25.0
 _BEAUFORT: Final = "Beaufort scale to 9 to 10, where lifts no longer run"
 
 
+def _turbulence(which: str) -> Any:  # Any: as ``quantity``
+    """Declare by how much a wind is stronger about one of its times."""
+    meaning = f"more down the fall line about the {which} time"
+    return quantity(0.0, "m/s", low=-_STRONGEST, high=_STRONGEST, source=_BEAUFORT, meaning=meaning)
+
+
 @dataclass(frozen=True)
 class Wind(WindTerm):
-    """A steady wind along the ground.
+    """A wind along the ground, which swells and falls by ``f_1`` to ``f_6`` about times that are ``every`` s apart.
 
-    Formula: w = (w_f, w_l, 0)
+    Formula: w = (w_f + Σ f_i·½(1 + cos(π·x_i)), w_l, 0)   x_i = min(1, |t − begin − (i − 1)·every|/every)
     """
 
     name: ClassVar[str] = "wind"
-    sources: ClassVar[tuple[str, ...]] = ("the air's velocity relative to the body, as in the paper's 2.2.4",)
+    sources: ClassVar[tuple[str, ...]] = (
+        "the air's velocity relative to the body, as in the paper's 2.2.4",
+        "turbulence of some m/s next to the mean wind: IEC 61400-1, normal turbulence model",
+    )
 
     w_f: float = quantity(
         0.0, "m/s", low=-_STRONGEST, high=_STRONGEST, source=_BEAUFORT, meaning="wind down the fall line"
     )
     w_l: float = quantity(0.0, "m/s", low=-_STRONGEST, high=_STRONGEST, source=_BEAUFORT, meaning="wind to the left")
+    begin: float = quantity(0.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="first of these times")
+    every: float = quantity(2.5, "s", low=0.1, high=7200.0, source="chosen", meaning="from one of them to the next")
+    f_1: float = _turbulence("first")
+    f_2: float = _turbulence("second")
+    f_3: float = _turbulence("third")
+    f_4: float = _turbulence("fourth")
+    f_5: float = _turbulence("fifth")
+    f_6: float = _turbulence("sixth")
 
     def velocity(self, math: Math, state: PlaceState) -> Vector:
-        return self.w_f, self.w_l, 0.0
+        more: Number = 0.0
+        for i, part in enumerate((self.f_1, self.f_2, self.f_3, self.f_4, self.f_5, self.f_6)):
+            about = self.begin + i * self.every
+            more = more + part * swell(math, state.t, about - self.every, about + self.every, 1.0)
+        return self.w_f + more, self.w_l, 0.0
 
 
 @dataclass(frozen=True)

@@ -113,7 +113,7 @@ class Heights:
 
 @dataclass(frozen=True)
 class Noticed:
-    """Smallest effects of a surface that the other instruments would notice, root mean square over the run.
+    """Effects of a surface that the other instruments hardly notice, root mean square over the run.
 
     They are infinite where there is no such instrument.
 
@@ -170,7 +170,7 @@ class Estimate:
 
         Its height at the first place is 0.
 
-        noticed : modes of which the other instruments would notice less are left out
+        noticed : modes that together have no more effect than this are left out
         """
         nodes, shape = empty.nodes(), empty.mean.shape
         mean = self.mean(nodes) - self.mean(self.heights.places[:1])[0]
@@ -229,11 +229,13 @@ class Estimate:
     def _leading(self, covariance: Array) -> tuple[Array, Array]:
         """Return the leading standard deviations (k,) and directions (r, k) of a covariance (r, r), largest first.
 
-        The covariance is that of the effects on the other instruments.
+        The covariance is that of the effects on the other instruments.  The rest together has a variance of 1 at most,
+        unless there would be too many modes.
         """
         variances, shapes = np.linalg.eigh(covariance)
         most = MOST_MODES if np.median(self.heights.sigma) < _POOR else _OF_POOR
-        strong = np.flatnonzero(variances > 1.0)[::-1][:most]
+        left_out = int(np.sum(np.cumsum(np.maximum(variances, 0.0)) <= 1.0))
+        strong = np.arange(left_out, len(variances))[::-1][:most]
         return np.sqrt(variances[strong]), shapes[:, strong]
 
     def _deviation(self, nodes: Array) -> Array:

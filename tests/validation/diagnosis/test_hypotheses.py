@@ -135,6 +135,25 @@ def test_faults_of_instruments_that_a_recording_lacks_are_not_weighed(fitted: Fi
             assert len(hypothesis.candidates(run, responses)) == count
 
 
+def test_a_wind_that_swells_is_a_wind(fitted: FittedRun) -> None:
+    """One that is a third stronger and weaker every six seconds moves the measurements as the law's numbers can."""
+    gust, wind = BY_NAME["gust"], BY_NAME["wind"]
+    edges = fitted.time_edges
+    cells = responses_of(gust.probes(fitted), fitted.prepared, fitted.measurements)[:, : len(edges) - 1]
+    swelling = cells @ (1.0 + np.sin(np.pi / 3.0 * 0.5 * (edges[1:] + edges[:-1])) / 3.0)
+    columns = responses_of(wind.probes(fitted), fitted.prepared, fitted.measurements)
+    (candidate,) = wind.candidates(fitted, columns)
+    assert len(candidate.amplitudes) == 2 + min(6, 1 + int((edges[-1] - edges[0]) / 2.5))
+
+    def left(columns: Array) -> float:
+        """Return the share of its effect, root mean square, that the ``columns`` (N, k) do not have."""
+        explained = columns @ np.linalg.lstsq(columns, swelling, rcond=None)[0]
+        return float(np.linalg.norm(swelling - explained) / np.linalg.norm(swelling))
+
+    # 0.36: straight from 2.5 s to 2.5 s it is not, and the run of 5 s has three of them
+    assert left(candidate.free.columns) < 0.5 * left(candidate.free.columns[:, :2])
+
+
 def test_one_place_for_each_pair() -> None:
     pairs = [
         frozenset({hypothesis.name, other})
