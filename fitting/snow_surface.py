@@ -43,8 +43,8 @@ went down a glacier; it forgets in 1000 s, much longer than a run."""
 _NOTICED: Final = 0.15
 """Of a fix's standard deviation: a movement of the whole track that small, by all modes left out, is not noticed."""
 _NOTICED_LOAD: Final = 0.1
-"""Of the insoles' noise as it is stated: half of what white readings at 50 Hz have in a tenth of a second.  Where each
-mode left out had 0.07, some sixty of them had 17 N together, and a patch of slower snow was taken for a gust.
+"""Of the insoles' noise: 2.5 N of the load, a third of what white readings at 50 Hz have in a tenth of a second.  Where
+each mode left out had up to 0.07, they had 10 N together on even snow, more than that noise.
 """
 _NOTICED_TILT: Final = 0.0015
 """rad; 0.6 mm from one ski to the other, of which insoles notice some millimetres."""

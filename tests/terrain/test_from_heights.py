@@ -236,7 +236,7 @@ def left_over(estimate: Estimate, noticed: Noticed, around: Array, table: Array)
 
 @pytest.mark.long
 def test_many_modes_that_are_hardly_noticed_are_kept_together() -> None:
-    """On even snow hardly a mode throws the skier up by what soles notice, and all of them do by three times that."""
+    """On even snow hardly a mode throws the skier up by what soles notice, and all of them do by four times that."""
     time, places, estimate = a_receiver(9, sigma=0.02, amplitude=0.026)
     around, table = lifts(time, places, np.stack([np.full(len(time), 10.0), 7.5 * np.cos(1.5 * time)], axis=1))
     # the 2 m between nodes lose 23 % of the variance, and the modes left out have 1 %; 76 % where each was judged alone
