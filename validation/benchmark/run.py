@@ -49,6 +49,8 @@ from sssi_exudyn.validation.diagnosis.search.explanation import Round
 
 ANSWERS, SEAL = "answers.json", "answers.sha256"
 Bases = list[Recorded]
+_MADE: Final = 0.1
+"""Share of a benchmark's computing after which its cases are made, roughly."""
 _ROUNDING: Final = 1e-8
 """Share by which the numbers of a case differ where it is made again: 1e-13 of an estimate, grown along a run."""
 
@@ -248,13 +250,13 @@ def run_benchmark(
         for future in as_completed(making):
             case = future.result()
             cases[case.index] = case
-            progress(len(cases) / count, f"made {len(cases)} of {count}")
+            progress(_MADE * len(cases) / count, f"made {len(cases)} of {count}")
         ordered = [cases[index] for index in range(count)]
         digest = seal(folder, ordered, bases)
         diagnosing = [pool.submit(_diagnose_case, case, planned[case.index]) for case in ordered]
         for number, diagnosed in enumerate(as_completed(diagnosing), 1):
             diagnosed.result()
-            progress(number / count, f"diagnosed {number} of {count}")
+            progress(_MADE + (1.0 - _MADE) * number / count, f"diagnosed {number} of {count}")
     scores = score(ordered, [read_json(sealed.result_file(index), CaseResult) for index in range(count)], digest)
     write_atomically(folder / "scores.json", to_json(scores))
     write_atomically(folder / "scores.md", benchmark_page(scores))
