@@ -233,7 +233,7 @@ class Estimate:
         unless there would be too many modes.
         """
         variances, shapes = np.linalg.eigh(covariance)
-        most = MOST_MODES if np.median(self.heights.sigma) < _POOR else _OF_POOR
+        most = MOST_MODES - TILTS if np.median(self.heights.sigma) < _POOR else _OF_POOR
         left_out = int(np.sum(np.cumsum(np.maximum(variances, 0.0)) <= 1.0))
         strong = np.arange(left_out, len(variances))[::-1][:most]
         return np.sqrt(variances[strong]), shapes[:, strong]

@@ -23,8 +23,8 @@ from sssi_exudyn.runtime.jit import njit
 PATCH = 6
 """Count of the numbers of a patch: h (m), ∂h/∂f, ∂h/∂l (1), ∂²h/∂f², ∂²h/∂f∂l, ∂²h/∂l² (1/m)."""
 MOST_MODES: Final = 240
-"""Maximum number of modes.  A hill of 180 m has some 200 noticeable ones; without half of them the others disturbed the
-loads as much as insoles are off.
+"""Maximum number of modes, a plane's tilt included.  A hill of 180 m has more that are noticed together; with half as
+many the others disturbed the loads as much as insoles are off.
 """
 
 

@@ -11,7 +11,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise
 from sssi_exudyn.terrain import from_heights
 from sssi_exudyn.terrain.from_heights import WAVES, Estimate, Heights, Noticed, estimate_surface, level_surface
-from sssi_exudyn.terrain.surface import Surface
+from sssi_exudyn.terrain.surface import MOST_MODES, Surface
 
 SIGMA = 0.03
 """Standard deviation of a fix's height by RTK, m."""
@@ -287,6 +287,7 @@ def test_a_surface_of_the_process_is_one_of_usual_amounts(seed: int) -> None:
         level_surface(heights), Noticed(0.002, lift=0.02, tilt=0.001)
     )
     amounts = np.array(surface.amounts)
+    assert len(amounts) == MOST_MODES  # the plane's tilt included: a file of more is refused
     # each has variance one a priori: a mean square of 50 is 1.0 within 0.6, three sigma; what is unknown lessens it
     assert 0.4 < np.mean(amounts[:50] ** 2) < 1.6
     assert np.max(np.abs(amounts)) < 4.0
