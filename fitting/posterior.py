@@ -61,6 +61,10 @@ _CLOSE: Final = 1.0
 """Of the misfit that the linear form still promises, within which an estimate for comparing hypotheses ends: less than
 what two names differ by.  Damped steps are short where much is left: on a hill estimates ended 4 to 20 above.
 """
+_WORTH: Final = 0.1
+"""Of the misfit that a round takes away, with which such an estimate goes on where more than ``_CLOSE`` is promised.  A
+step that is damped moves hardly anything: the estimate with a patch ended 5 above where it ends from its true place.
+"""
 _STRAIGHT: Final = 1.0
 """Standard deviations of a last move within which a search has converged."""
 _BENT: Final = 2.0
@@ -200,7 +204,7 @@ def find_posterior(
         seen = seen.with_slip_noise(point.model, simulate_reduced(point.model, point.prepared))
     levels: NoiseLevels = seen.usual
     setting = replace(setting, seen=seen)
-    linearised, moved, kept, share = point.sizes, np.inf, True, 0.0
+    linearised, moved, share = point.sizes, np.inf, 0.0
     for rounds in range(1, ROUNDS + 1):
         if rounds > 1 and not comparing:
             setting = replace(setting, seen=seen.weighed(seen.measured - point.predicted, levels))
@@ -208,8 +212,9 @@ def find_posterior(
         setting = setting.with_waves(levels.surface)
         solution = solve(setting, point, responses, levels)
         before = point
-        point, misfit, kept = _step(setting, point, responses, levels, solution)
+        point, misfit, gained = _step(setting, point, responses, levels, solution)
         left = misfit - solution.optimum.objective
+        kept = gained > _KEPT * (gained + left)
         spread = np.sqrt(np.diag(solution.covariance))
         changes = (setting.values(point.model) - setting.values(before.model)) / spread
         moved = float(np.max(np.abs(np.concatenate([changes, point.sizes - before.sizes]))))
@@ -218,7 +223,8 @@ def find_posterior(
         say(share, f"round {rounds}: moved by {moved:.2f} standard deviations, {_description(point.model)}")
         bend, roughly = _bend(point, linearised), comparing and kept and left < _CLOSE
         judge = full if moved < _STRAIGHT or rounds == ROUNDS - 1 else None
-        if rounds == ROUNDS or (judge is None and _ends(moved, bend, roughly=roughly)):
+        goes_on = comparing and left > _CLOSE and gained > _WORTH
+        if rounds == ROUNDS or (judge is None and not goes_on and _ends(moved, bend, roughly=roughly)):
             break
         bent = _BENT if moved > _STRAIGHT else _BENT_AT_THE_END
         again = not kept or bend > bent or (comparing and moved < _ROUGHLY)
@@ -457,9 +463,10 @@ def _shares(setting: Setting, covariance: Array, weighted: Array, integrated: Ar
 
 def _step(
     setting: Setting, point: Point, responses: Responses, levels: NoiseLevels, solution: Solution
-) -> tuple[Point, float, bool]:
-    """Return the next point, its misfit, and whether that is as low as promised.  The point is that of the whole step,
-    or the best of steps that are damped more and more (Levenberg and Marquardt).
+) -> tuple[Point, float, float]:
+    """Return the next point, its misfit, and by how much that is less than before.
+
+    The point is that of the whole step, or the best of steps that are damped more and more (Levenberg and Marquardt).
     """
     before = setting.values(point.model)
     drag = solution.drag
@@ -481,7 +488,7 @@ def _step(
             break
         if first - least > _KEPT * promised:
             break
-    return best, least, first - least > _KEPT * promised
+    return best, least, first - least
 
 
 def _misfit(setting: Setting, levels: NoiseLevels, values: Array, sizes: Array, predicted: Array, drag: Array) -> float:

@@ -13,6 +13,7 @@ from scipy.linalg import cho_solve
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import MU_T, NumberRef
 from sssi_exudyn.fitting import posterior as module
+from sssi_exudyn.fitting import posterior as posterior_module
 from sssi_exudyn.fitting.estimate import setting_of
 from sssi_exudyn.fitting.evidence import Freedom, LinearProblem, best_levels, precision
 from sssi_exudyn.fitting.first_fit import problem_of
@@ -253,6 +254,17 @@ def test_posture_and_snow_surface_are_found_together() -> None:
     height = posterior.residual[place]
     assert np.std(height) < 1.5 * posterior.setting.seen.usual.of("height").sigma
     assert np.mean(height) == pytest.approx(3.0, abs=0.2)  # the origin is no part of the estimate
+
+
+@pytest.mark.long
+def test_an_estimate_goes_on_by_short_steps_where_much_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps that are all damped move hardly anything, and take misfit away: that is no end."""
+    monkeypatch.setattr(posterior_module, "_DAMPINGS", (1e3,))
+    model, setting = example()
+    drawn = draw_run(model, setting, np.random.default_rng(1))
+    found = find_posterior(model, drawn.setting, comparing=True)
+    assert found.moved < 0.1  # two thirds of what ends a search
+    assert found.rounds == posterior_module.ROUNDS
 
 
 def test_an_estimate_of_fewer_errors_says_nothing_of_the_others() -> None:
