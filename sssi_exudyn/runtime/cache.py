@@ -68,10 +68,17 @@ _LATER: Final = {
     "Start": ("height", "velocity_n"),
     "GpsJump": ("rise",),
     "Ski": ("uncertainty",),
+    "Wind": ("begin", "every", "f_1", "f_2", "f_3", "f_4", "f_5", "f_6"),
     "NoiseLevels": ("force",),
     "AnisotropicFriction": ("slip", "sharpness"),
 }  # fmt: skip
 """Fields that were added to classes later; while they hold their default, the key is what it was without them."""
+
+
+def is_later_default(owner: object, name: str) -> bool:
+    """Return whether a field was added to its class later, and holds its default."""
+    kind = type(owner)
+    return name in _LATER.get(kind.__name__, ()) and getattr(owner, name) == kind.__dataclass_fields__[name].default  # type: ignore[attr-defined]
 
 
 def fingerprint(*parts: object) -> str:
@@ -209,8 +216,7 @@ def _pieces(value: object) -> Iterator[bytes]:
             kind = type(value)
             yield f"{_NAMES.get(kind.__module__, kind.__module__)}.{kind.__qualname__}".encode()
             for entry in dataclasses.fields(value):
-                later = entry.name in _LATER.get(kind.__name__, ())
-                if later and getattr(value, entry.name) == entry.default:
+                if is_later_default(value, entry.name):
                     continue
                 yield from _pieces(entry.name)
                 yield from _pieces(getattr(value, entry.name))

@@ -9,14 +9,14 @@ from typing import Final
 
 from sssi_exudyn.bodies.ski.ski import ski_named, ski_to_table
 from sssi_exudyn.contact.registry import PAPER_TERMS, combine_terms
-from sssi_exudyn.contact.term import parameters
+from sssi_exudyn.contact.term import Term, parameters
 from sssi_exudyn.core.choices import HeadingMode, Keep, Method
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.model.heading import Heading, check_heading
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.runtime.cache import fingerprint
+from sssi_exudyn.runtime.cache import fingerprint, is_later_default
 from sssi_exudyn.runtime.plugins import Plugin, origins_of
 from sssi_exudyn.runtime.provenance import versions
 from sssi_exudyn.sweeps.axes import axes_of
@@ -138,6 +138,11 @@ def plan_sweep(file: SweepFile) -> Plan:
     return plan_of(file, files)
 
 
+def _as_before(term: Term) -> dict[str, float]:
+    """Return a term's numbers, without those that it was given later and that hold their defaults."""
+    return {key: value for key, value in parameters(term).items() if not is_later_default(term, key)}
+
+
 def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:
     """Plan a sweep of recordings whose files have these hashes, by recording and name.
 
@@ -154,7 +159,7 @@ def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:
     outputs = _outputs(file, columns)
     shared = (
         "sweep", file.task, file.tier, file.method if file.task == "fit" else "", file.duration, model,
-        [(term.name, parameters(term)) for term in file.terms], [axis.name for axis in axes],
+        [(term.name, _as_before(term)) for term in file.terms], [axis.name for axis in axes],
         *([plugin.as_table() for plugin in plugins],) * bool(plugins), *([file.heading] if file.heading else []),
         *([file.keep] if file.task == "whatif" else []),
     )  # fmt: skip

@@ -262,9 +262,9 @@ def test_an_estimate_goes_on_by_short_steps_where_much_is_left(monkeypatch: pyte
     monkeypatch.setattr(posterior_module, "_DAMPINGS", (1e3,))
     model, setting = example()
     drawn = draw_run(model, setting, np.random.default_rng(1))
-    found = find_posterior(model, drawn.setting, comparing=True)
-    assert found.moved < 0.1  # two thirds of what ends a search
-    assert found.rounds == posterior_module.ROUNDS
+    estimated = find_posterior(model, drawn.setting, comparing=True)
+    assert estimated.moved < 0.1  # two thirds of what ends a search
+    assert estimated.rounds == posterior_module.ROUNDS
 
 
 def test_an_estimate_of_fewer_errors_says_nothing_of_the_others() -> None:

@@ -47,6 +47,9 @@ STEPS = {"m": 1e-6, "m/s": 1e-6, "rad": 1e-7}
 """Of differences by the number's unit; for other units, and for the snow's numbers, 10⁻⁶ of the value, or of 0.1.  With
 steps a hundred times as long some point yields in every second instant."""
 WEAK = {
+    **{f"wind.f_{i}": 2e-5 for i in range(1, 7)},
+    "wind.begin": 3e-4,
+    "wind.every": 3e-4,
     "air.c_d": 4e-6,
     "air.c_l": 1e-4,
     "carving.density": 3e-2,
@@ -73,7 +76,7 @@ def everything() -> tuple[Model, Motion, Prepared]:
     f = start.f
     more = (
         Carving(mu=0.1),
-        Wind(1.0, 2.0),
+        Wind(1.0, 2.0, motion.start, 0.2 * SECONDS, *(0.5, -0.5, 0.5, -0.5, 0.5, -0.5)),  # each acts within the run
         SlopeChange(0.05, f + 3.0, 5.0),
         TerrainBump(0.1, f + 4.0, 4.0),
         UnexplainedForce(30.0, 20.0, -10.0, 0.4, 0.8, 0.1),
