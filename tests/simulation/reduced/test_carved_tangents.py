@@ -48,8 +48,6 @@ STEPS = {"m": 1e-6, "m/s": 1e-6, "rad": 1e-7}
 steps a hundred times as long some point yields in every second instant."""
 WEAK = {
     **{f"wind.f_{i}": 2e-5 for i in range(1, 7)},
-    "wind.begin": 3e-4,
-    "wind.every": 3e-4,
     "air.c_d": 4e-6,
     "air.c_l": 1e-4,
     "carving.density": 3e-2,
@@ -128,6 +126,8 @@ def test_by_every_number_of_the_laws_the_start_and_the_surface(heading: HeadingM
     tried = tried.with_heading(heading)
     names = [f"{term.name}.{key}" for term in tried.terms for key in parameters(term)]
     names.remove("carving.eps")  # which at 10 m/s changes friction by 10⁻⁴, and that as its square
+    for name in ("wind.begin", "wind.every"):  # no estimate seeks them, and differences by them are rounding
+        names.remove(name)
     names += [f"start.{key}" for key in ("f", "l", "velocity_f", "velocity_l", "heading_offset")]
     names += ["lever_arm.forward", "lever_arm.up", "surface.mode_1"]
     run, slopes = run_tangents(tried, prepared, names)
