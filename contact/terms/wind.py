@@ -14,6 +14,8 @@ from sssi_exudyn.core.quantity import quantity
 _STRONGEST: Final = 25.0
 """m/s; above, lifts stand still."""
 _BEAUFORT: Final = "Beaufort scale to 9 to 10, where lifts no longer run"
+SWELLS: Final = ("f_1", "f_2", "f_3", "f_4", "f_5", "f_6")
+"""Numbers by which a wind is stronger at its times."""
 
 
 def _turbulence(which: str) -> Any:  # Any: as ``quantity``
@@ -50,9 +52,9 @@ class Wind(WindTerm):
 
     def velocity(self, math: Math, state: PlaceState) -> Vector:
         more: Number = 0.0
-        for i, part in enumerate((self.f_1, self.f_2, self.f_3, self.f_4, self.f_5, self.f_6)):
+        for i, name in enumerate(SWELLS):
             about = self.begin + i * self.every
-            more = more + part * swell(math, state.t, about - self.every, about + self.every, 1.0)
+            more = more + getattr(self, name) * swell(math, state.t, about - self.every, about + self.every, 1.0)
         return self.w_f + more, self.w_l, 0.0
 
 

@@ -16,7 +16,7 @@ from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
-from sssi_exudyn.contact.terms.wind import Wind
+from sssi_exudyn.contact.terms.wind import SWELLS, Wind
 from sssi_exudyn.core.choices import HeadingMode
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.model.faults import LeverArm
@@ -74,7 +74,7 @@ def everything() -> tuple[Model, Motion, Prepared]:
     f = start.f
     more = (
         Carving(mu=0.1),
-        Wind(1.0, 2.0, motion.start, 0.2 * SECONDS, *(0.5, -0.5, 0.5, -0.5, 0.5, -0.5)),  # each acts within the run
+        Wind(1.0, 2.0),
         SlopeChange(0.05, f + 3.0, 5.0),
         TerrainBump(0.1, f + 4.0, 4.0),
         UnexplainedForce(30.0, 20.0, -10.0, 0.4, 0.8, 0.1),
@@ -122,8 +122,11 @@ def assert_derivatives(
 
 @pytest.mark.parametrize("heading", ["replay", "track"])
 def test_by_every_number_of_the_laws_the_start_and_the_surface(heading: HeadingMode) -> None:
-    tried, _, prepared = everything()
-    tried = tried.with_heading(heading)
+    tried, motion, prepared = everything()
+    # each swell of the wind acts within the run
+    swells = {f"wind.{name}": 0.5 * (-1.0) ** i for i, name in enumerate(SWELLS)}
+    swelling = {"wind.begin": motion.start, "wind.every": 0.2 * SECONDS, **swells}
+    tried = tried.with_heading(heading).with_values(swelling)
     names = [f"{term.name}.{key}" for term in tried.terms for key in parameters(term)]
     names.remove("carving.eps")  # which at 10 m/s changes friction by 10⁻⁴, and that as its square
     for name in ("wind.begin", "wind.every"):  # no estimate seeks them, and differences by them are rounding
