@@ -17,7 +17,7 @@ import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,10 +75,14 @@ _LATER: Final = {
 """Fields that were added to classes later; while they hold their default, the key is what it was without them."""
 
 
-def is_later_default(owner: object, name: str) -> bool:
-    """Return whether a field was added to its class later, and holds its default."""
-    kind = type(owner)
-    return name in _LATER.get(kind.__name__, ()) and getattr(owner, name) == kind.__dataclass_fields__[name].default  # type: ignore[attr-defined]
+def later_defaults(owner: Any) -> set[str]:  # Any: an instance of any dataclass
+    """Return the fields of a dataclass that were added to it later, and hold their defaults."""
+    later = _LATER.get(type(owner).__name__, ())
+    return {
+        field.name
+        for field in dataclasses.fields(owner)
+        if field.name in later and getattr(owner, field.name) == field.default
+    }
 
 
 def fingerprint(*parts: object) -> str:
@@ -215,8 +219,9 @@ def _pieces(value: object) -> Iterator[bytes]:
         case _ if dataclasses.is_dataclass(value) and not isinstance(value, type):
             kind = type(value)
             yield f"{_NAMES.get(kind.__module__, kind.__module__)}.{kind.__qualname__}".encode()
+            later = later_defaults(value)
             for entry in dataclasses.fields(value):
-                if is_later_default(value, entry.name):
+                if entry.name in later:
                     continue
                 yield from _pieces(entry.name)
                 yield from _pieces(getattr(value, entry.name))

@@ -16,7 +16,7 @@ from sssi_exudyn.model.heading import Heading, check_heading
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.runtime.cache import fingerprint, is_later_default
+from sssi_exudyn.runtime.cache import fingerprint, later_defaults
 from sssi_exudyn.runtime.plugins import Plugin, origins_of
 from sssi_exudyn.runtime.provenance import versions
 from sssi_exudyn.sweeps.axes import axes_of
@@ -140,7 +140,8 @@ def plan_sweep(file: SweepFile) -> Plan:
 
 def _as_before(term: Term) -> dict[str, float]:
     """Return a term's numbers, without those that it was given later and that hold their defaults."""
-    return {key: value for key, value in parameters(term).items() if not is_later_default(term, key)}
+    later = later_defaults(term)
+    return {key: value for key, value in parameters(term).items() if key not in later}
 
 
 def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:

@@ -215,9 +215,14 @@ def a_receiver(seed: int, sigma: float = 1.0, amplitude: float = 0.3) -> tuple[A
     return time, places, Estimate(heights, amplitude, np.ones(count))
 
 
-def lifts(time: Array, places: Array, velocity: Array) -> tuple[Array, Array]:
+def velocity_at(time: Array) -> Array:
+    """Return the velocity (n, 2) m/s along the track."""
+    return np.stack([np.full(len(time), 10.0), 7.5 * np.cos(1.5 * time)], axis=1)
+
+
+def lifts(time: Array, places: Array) -> tuple[Array, Array]:
     """Return places (3·n, 2) m and the table (n, 3·n) of how the heights there throw the skier up, m/s²."""
-    count = len(time)
+    count, velocity = len(time), velocity_at(time)
     speed = np.linalg.norm(velocity, axis=1)
     ahead = velocity / speed[:, None]
     second = np.hstack([np.eye(count), np.eye(count), -2.0 * np.eye(count)]) * (speed**2)[:, None]
@@ -238,7 +243,7 @@ def left_over(estimate: Estimate, noticed: Noticed, around: Array, table: Array)
 def test_many_modes_that_are_hardly_noticed_are_kept_together() -> None:
     """On even snow hardly a mode throws the skier up by what soles notice, and all of them do by four times that."""
     time, places, estimate = a_receiver(9, sigma=0.02, amplitude=0.026)
-    around, table = lifts(time, places, np.stack([np.full(len(time), 10.0), 7.5 * np.cos(1.5 * time)], axis=1))
+    around, table = lifts(time, places)
     # the 2 m between nodes lose 23 % of the variance, and the modes left out have 1 %; 76 % where each was judged alone
     assert left_over(estimate, Noticed(0.003, lift=0.035), around, table) < 0.3
 
@@ -247,7 +252,7 @@ def test_many_modes_that_are_hardly_noticed_are_kept_together() -> None:
 def test_modes_hold_what_throws_the_skier_up() -> None:
     # waves drawn from the process throw the skier up as the modes can
     time, places, estimate = a_receiver(9)
-    around, table = lifts(time, places, np.stack([np.full(len(time), 10.0), 7.5 * np.cos(1.5 * time)], axis=1))
+    around, table = lifts(time, places)
     # beyond the 100 modes of poor heights is 18 % of the variance; the 2 m between nodes lose 7 %
     assert left_over(estimate, Noticed(0.5, lift=0.1), around, table) < 0.3
     # the track alone shows the long ones
@@ -258,7 +263,7 @@ def test_modes_hold_what_throws_the_skier_up() -> None:
 def test_modes_hold_how_much_higher_one_ski_is() -> None:
     # slopes across the path, as of surfaces drawn from the process
     time, places, estimate = a_receiver(9)
-    velocity = np.stack([np.full(len(time), 10.0), 7.5 * np.cos(1.5 * time)], axis=1)
+    velocity = velocity_at(time)
     across = np.stack([-velocity[:, 1], velocity[:, 0]], axis=1) / np.linalg.norm(velocity, axis=1)[:, None]
     around = np.concatenate([places + 0.5 * across, places - 0.5 * across])
     tilt = np.hstack([np.eye(len(time)), -np.eye(len(time))])

@@ -20,7 +20,7 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.core.advance import Advance
+from sssi_exudyn.core.advance import Advance, part_of
 from sssi_exudyn.core.choices import Concealed
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array
@@ -250,13 +250,13 @@ def run_benchmark(
         for future in as_completed(making):
             case = future.result()
             cases[case.index] = case
-            progress(_MADE * len(cases) / count, f"made {len(cases)} of {count}")
+            part_of(progress, 0.0, _MADE)(len(cases) / count, f"made {len(cases)} of {count}")
         ordered = [cases[index] for index in range(count)]
         digest = seal(folder, ordered, bases)
         diagnosing = [pool.submit(_diagnose_case, case, planned[case.index]) for case in ordered]
         for number, diagnosed in enumerate(as_completed(diagnosing), 1):
             diagnosed.result()
-            progress(_MADE + (1.0 - _MADE) * number / count, f"diagnosed {number} of {count}")
+            part_of(progress, _MADE, 1.0)(number / count, f"diagnosed {number} of {count}")
     scores = score(ordered, [read_json(sealed.result_file(index), CaseResult) for index in range(count)], digest)
     write_atomically(folder / "scores.json", to_json(scores))
     write_atomically(folder / "scores.md", benchmark_page(scores))

@@ -249,20 +249,24 @@ class Everywhere(Hypothesis):
         """Usual sizes of the amplitudes."""
         return np.array([scale for _, scale in self.amplitudes])
 
-    def probes(self, fitted: FittedRun) -> list[Probe]:
-        return self.probes_of(fitted.model, self.part(fitted))
+    def own_amplitudes(self, fitted: FittedRun) -> tuple[tuple[str, float], ...]:
+        """Return further amplitudes of the part, each with its usual size, that a run has for itself: several runs of
+        a day do not share them.
+        """
+        return ()
 
-    def probes_of(self, model: Model, part: Term | Sensor) -> list[Probe]:
-        """Return probes by each amplitude of ``part``."""
-        return probes_by(model, part, [key for key, _ in self.amplitudes])
+    def probes(self, fitted: FittedRun) -> list[Probe]:
+        amplitudes = (*self.amplitudes, *self.own_amplitudes(fitted))
+        return probes_by(fitted.model, self.part(fitted), [key for key, _ in amplitudes])
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         if not np.any(responses):
             return []  # of an instrument that the recording lacks
-        part = self.part(fitted)
+        part, own = self.part(fitted), self.own_amplitudes(fitted)
         owner = name_in_model(fitted.model, part)
-        names = tuple((NumberRef.of(owner, key),) for key, _ in self.amplitudes)
-        return [Candidate(add_part(fitted.model, part), Freedom(responses, self.scales), names)]
+        names = tuple((NumberRef.of(owner, key),) for key, _ in (*self.amplitudes, *own))
+        free = Freedom(responses, np.concatenate([self.scales, [scale for _, scale in own]]))
+        return [Candidate(add_part(fitted.model, part), free, names)]
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:
         return None

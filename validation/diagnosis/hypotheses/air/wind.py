@@ -4,25 +4,10 @@ from __future__ import annotations
 
 from typing import Final
 
-import numpy as np
+from sssi_exudyn.contact.terms.wind import SWELLS, Wind
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Distinction, FittedRun, Numbers, SteadyLaw, by_sign
 
-from sssi_exudyn.contact.terms.wind import Wind
-from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.number_ref import NumberRef
-from sssi_exudyn.fitting.evidence import Freedom
-from sssi_exudyn.model.model import Model, add_part, name_in_model
-from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
-    Candidate,
-    Distinction,
-    FittedRun,
-    Numbers,
-    Probe,
-    SteadyLaw,
-    by_sign,
-    probes_by,
-)
-
-_SWELLS: Final = ("f_1", "f_2", "f_3", "f_4", "f_5", "f_6")
 _TURBULENCE: Final = 1.0
 """m/s; standard deviation along a wind of the usual 4 m/s, by I·(0.75·V + 5.6 m/s) with I = 0.12 (IEC 61400-1)."""
 _EVERY: Final = 2.5
@@ -48,29 +33,22 @@ class SteadyWind(SteadyLaw):
 
     def part(self, fitted: FittedRun) -> Wind:
         begin, end = fitted.time_edges[[0, -1]].tolist()
-        return Wind(begin=begin, every=(end - begin) / (len(self._swells(fitted)) - 1))
+        return Wind(begin=begin, every=(end - begin) / (_swells_between(begin, end) - 1))
 
-    def _swells(self, fitted: FittedRun) -> tuple[str, ...]:
-        """Return names of the numbers by which the wind changes in a run."""
-        begin, end = fitted.time_edges[[0, -1]].tolist()
-        return _SWELLS[: max(2, 1 + int((end - begin) / _EVERY))]
-
-    def probes(self, fitted: FittedRun) -> list[Probe]:
-        keys = [key for key, _ in self.amplitudes]
-        return probes_by(fitted.model, self.part(fitted), [*keys, *self._swells(fitted)])
-
-    def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        part, swells = self.part(fitted), self._swells(fitted)
-        owner = name_in_model(fitted.model, part)
-        names = tuple((NumberRef.of(owner, key),) for key in (*(key for key, _ in self.amplitudes), *swells))
-        free = Freedom(responses, np.concatenate([self.scales, np.full(len(swells), _TURBULENCE)]))
-        return [Candidate(add_part(fitted.model, part), free, names)]
+    def own_amplitudes(self, fitted: FittedRun) -> tuple[tuple[str, float], ...]:
+        count = _swells_between(*fitted.time_edges[[0, -1]].tolist())
+        return tuple((key, _TURBULENCE) for key in SWELLS[:count])
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
         return f"a wind blows, {wind_in_words(numbers)}{_changes(numbers, 1.0, 'm/s', 1)}"
 
     def plain_words(self, numbers: Numbers, model: Model) -> str:
         return f"a wind blows, {plain_wind(numbers)}{_changes(numbers, 3.6, 'km/h', 0)}"
+
+
+def _swells_between(begin: float, end: float) -> int:
+    """Return how many times there are, in a run from ``begin`` to ``end`` (s), at which a wind may be stronger."""
+    return min(len(SWELLS), max(2, 1 + int((end - begin) / _EVERY)))
 
 
 def wind_in_words(numbers: Numbers) -> str:
@@ -93,7 +71,7 @@ def _in_words(numbers: Numbers, factor: float, unit: str, digits: int) -> str:
 
 def _changes(numbers: Numbers, factor: float, unit: str, digits: int) -> str:
     """Return words for how much a wind swells and falls; none where that is little."""
-    swells = [numbers[key].value for key in _SWELLS if key in numbers]
+    swells = [numbers[key].value for key in SWELLS if key in numbers]
     less, more = min(swells, default=0.0), max(swells, default=0.0)
     if more - less < _TURBULENCE:
         return ""
