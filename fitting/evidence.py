@@ -422,19 +422,29 @@ def overlaps(
     candidates: Sequence[Freedom],
     drawn: Array | None = None,
 ) -> tuple[Array, Array]:
-    """Return what the measurements know of each of c candidates, all with w amplitudes of usual size.
+    """Return what the measurements know of each of c candidates, with at most w amplitudes of usual size.
 
     These are the amplitudes' information (c, w, w) and the pull (c, w, 1) of what is left.  All that is uncertain has
     taken its part before, as is ``known`` of ``linear``.  With ``drawn`` (n, d), measurements of d runs in units of
     noise, the pull is theirs in place of the recorded ones, (c, w, d).
     """
     rest = known.remove_from(known.residual[:, None] if drawn is None else drawn)
-    width = candidates[0].columns.shape[1]
-    together = whiten_columns(linear, levels, np.hstack([c.columns * c.scales for c in candidates]))
+    columns = usual_columns(candidates)
+    together = whiten_columns(linear, levels, columns.reshape(len(columns), -1))
     cleared = known.remove_from(together)
-    shape = len(together), len(candidates), width
-    gram = np.einsum("nci,ncj->cij", together.reshape(shape), cleared.reshape(shape))
-    return gram, (together.T @ rest).reshape(len(candidates), width, -1)
+    gram = np.einsum("nci,ncj->cij", together.reshape(columns.shape), cleared.reshape(columns.shape))
+    return gram, (together.T @ rest).reshape(*columns.shape[1:], -1)
+
+
+def usual_columns(candidates: Sequence[Freedom]) -> Array:
+    """Return (n, c, w) what a usual size of each amplitude of c candidates does; amplitudes that a candidate has less
+    than another do nothing.
+    """
+    width = max(len(candidate.scales) for candidate in candidates)
+    columns = np.zeros((len(candidates[0].columns), len(candidates), width))
+    for k, candidate in enumerate(candidates):
+        columns[:, k, : len(candidate.scales)] = candidate.columns * candidate.scales
+    return columns
 
 
 class Information:

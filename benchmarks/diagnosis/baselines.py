@@ -25,6 +25,7 @@ from scipy.stats import chi2
 from worlds import CLEAR, Stretch, answer_of, command_line, drawn_runs, fit_stretch
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.evidence import usual_columns
 from sssi_exudyn.runtime.threads import with_one_thread_for_products
 from sssi_exudyn.validation.benchmark.effects import PHYSICS, SENSOR, UNKNOWN
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING
@@ -67,10 +68,10 @@ def try_laws(stretch: Stretch, rest: Array, force: Array) -> dict[str, Tried]:
     for name, candidates in stretch.geometry.candidates.items():
         if BY_NAME[name].kind == "unexplained":
             continue
-        width = candidates[0].free.columns.shape[1]
-        white = stretch.white(np.hstack([c.free.columns * c.free.scales for c in candidates]))
+        columns = usual_columns([candidate.free for candidate in candidates])
+        shape, width = columns.shape, columns.shape[2]
+        white = stretch.white(columns.reshape(len(columns), -1))
         cleared = stretch.known.remove_from(white)
-        shape = len(white), len(candidates), width
         alone, next_to = white.reshape(shape), cleared.reshape(shape)
         tried[name] = Tried(
             numbers=width + len(candidates[0].places),

@@ -23,7 +23,7 @@ from scipy.special import logsumexp, softmax
 from worlds import CLEAR, EVEN, LISTED, NOISIER, SHAPES, Stretch, command_line, fit_stretch, hidden_effects, moved_by
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import Information
+from sssi_exudyn.fitting.evidence import Information, usual_columns
 from sssi_exudyn.runtime.threads import with_one_thread_for_products
 from sssi_exudyn.validation.benchmark.cases import PAIRS
 from sssi_exudyn.validation.benchmark.effects import PHYSICS, SIZES, UNKNOWN
@@ -90,13 +90,13 @@ def evidence_of(stretch: Stretch, rest: Array) -> Evidence:
     """Return the evidence of runs whose measurements are ``rest`` (N, D), as worlds have them."""
     geometry, known = stretch.geometry, stretch.known
     names = [h.name for h in HYPOTHESES if h.name in geometry.candidates and h is not LATENT_FORCE]
-    blocks = {name: [c.free.columns * c.free.scales for c in geometry.candidates[name]] for name in names}
-    white = stretch.white(np.hstack([np.hstack(some) for some in blocks.values()]))
+    blocks = {name: usual_columns([candidate.free for candidate in geometry.candidates[name]]) for name in names}
+    white = stretch.white(np.hstack([some.reshape(len(some), -1) for some in blocks.values()]))
     left = known.remove_from(white)
     gram, pull = white.T @ left, white.T @ rest
     rows, first = {}, 0
     for name, some in blocks.items():
-        shape = len(some), some[0].shape[1]
+        shape = some.shape[1:]
         rows[name] = first + np.arange(np.prod(shape)).reshape(shape)
         first = rows[name].max() + 1
 

@@ -31,11 +31,20 @@ def smallest_noticed(
     share = (1.0 - thresholds.nothing) * hypothesis.weight / sum(other.weight for other in hypotheses)
     _, volume = np.linalg.slogdet(information + np.eye(information.shape[1]))
     odds = (1.0 - thresholds.stands_out) / thresholds.stands_out * thresholds.nothing / share
-    needed = np.log(odds) / thresholds.temper + 0.5 * volume + np.log(len(candidates))
+    needed = np.log(odds) / thresholds.temper + 0.5 * volume + np.log(_places(candidates, thresholds.cell))
     size = float(np.median(np.sqrt(2.0 * needed / np.maximum(information[:, 0, 0], 1e-12))))
     name, first = candidates[0].amplitudes[0][0], candidates[0]
     about = first.model.about(name)
     return Smallest(name.key, size * float(first.free.scales[0]), about.unit, about.meaning)
+
+
+def _places(candidates: Sequence[Candidate], cell: float) -> int:
+    """Return how many places there are that differ: what begins and ends in the same cells of time (s) is one, as none
+    that is just noticed could be told from another there.
+    """
+    windows = (candidate.window for candidate in candidates)
+    places = (k if window is None else (window[0] // cell, window[1] // cell) for k, window in enumerate(windows))
+    return len(set(places))
 
 
 def adequacy(residual: Array, measurements: Measurements, thresholds: Thresholds = THRESHOLDS) -> Adequacy:

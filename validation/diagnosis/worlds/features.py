@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import Information, Uncertain, whiten_columns
+from sssi_exudyn.fitting.evidence import Information, Uncertain, usual_columns, whiten_columns
 from sssi_exudyn.validation.diagnosis.search.missing_force import DIRECTIONS, latent_covariance
 from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
 from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry
@@ -200,9 +200,9 @@ def _laws(geometry: Geometry, known: Uncertain, by_body: Array, sizes: tuple[flo
     """
     families: list[_Family] = []
     for name, candidates in geometry.candidates.items():
-        columns = np.hstack([candidate.free.columns * candidate.free.scales for candidate in candidates])
+        usual = usual_columns([candidate.free for candidate in candidates])
+        shape, columns = usual.shape, usual.reshape(len(usual), -1)
         white = whiten_columns(geometry.linear, geometry.levels, columns)
-        shape = len(white), len(candidates), -1
         left = known.remove_from(white)
         gram = np.einsum("nci,ncj->cij", white.reshape(shape), left.reshape(shape))
         law = _LawFamily(name, Information(gram), sizes, geometry.limits[name], white)

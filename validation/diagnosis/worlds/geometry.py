@@ -108,7 +108,7 @@ def geometry_of(
 
     proposed = {hypothesis.name: _possible(hypothesis, fitted, responses[hypothesis.name]) for hypothesis in hypotheses}
     limits = {
-        hypothesis.name: np.stack([limits_of(hypothesis, candidate) for candidate in proposed[hypothesis.name]])
+        hypothesis.name: limits_of_all(hypothesis, proposed[hypothesis.name])
         for hypothesis in hypotheses
         if proposed[hypothesis.name]
     }
@@ -135,19 +135,33 @@ def _possible(hypothesis: Hypothesis, fitted: FittedRun, responses: Array) -> li
     return [candidate for candidate in candidates if is_possible(hypothesis, candidate, candidate.free.scales)]
 
 
-def limits_of(hypothesis: Hypothesis, candidate: Candidate) -> Array:
+def limits_of_all(hypothesis: Hypothesis, candidates: Sequence[Candidate]) -> Array:
+    """Return (c, w, 2) as in ``Geometry``; amplitudes that a candidate has less than another have none."""
+    width = max(len(candidate.amplitudes) for candidate in candidates)
+    limits = np.broadcast_to(np.array([-np.inf, np.inf]), (len(candidates), width, 2)).copy()
+    for k, candidate in enumerate(candidates):
+        count = len(candidate.amplitudes)
+        limits[k, :count] = limits_of(hypothesis, candidate, limits[max(k - 1, 0), :count])
+    return limits
+
+
+def limits_of(hypothesis: Hypothesis, candidate: Candidate, guess: Array | None = None) -> Array:
     """Return (w, 2) how many usual sizes each amplitude of a candidate may have to either side, all others being zero;
-    infinite beyond ``_FARTHEST``.
+    infinite beyond ``_FARTHEST``.  Those of another place are a good ``guess`` (w, 2).
     """
-    usual = np.diag(candidate.free.scales)
-    sides = [[-_largest(hypothesis, candidate, -row), _largest(hypothesis, candidate, row)] for row in usual]
+    guessed = np.full((len(candidate.amplitudes), 2), np.inf) if guess is None else np.abs(guess)
+    sides = [
+        [-_largest(hypothesis, candidate, -row, low), _largest(hypothesis, candidate, row, high)]
+        for row, (low, high) in zip(np.diag(candidate.free.scales), guessed.tolist(), strict=True)
+    ]
     return np.array(sides)
 
 
-def _largest(hypothesis: Hypothesis, candidate: Candidate, amplitudes: Array) -> float:
+def _largest(hypothesis: Hypothesis, candidate: Candidate, amplitudes: Array, guess: float) -> float:
     """Return by how many times ``amplitudes`` (w,) are possible at most.
 
-    The bounds of numbers say so at once; what a hypothesis says beyond them is found by halving.
+    The bounds of numbers say so at once; what a hypothesis says beyond them is found by halving, unless it is the
+    ``guess``.
     """
     model, high = candidate.model, _FARTHEST
     for group, amplitude in zip(candidate.amplitudes, amplitudes.tolist(), strict=True):
@@ -156,11 +170,19 @@ def _largest(hypothesis: Hypothesis, candidate: Candidate, amplitudes: Array) ->
             high = min(high, (bound - model.value(name)) / amplitude)
     if is_possible(hypothesis, candidate, high * (1.0 - _ROUNDING) * amplitudes):
         return np.inf if high == _FARTHEST else high
-    low = 0.0
+    low, step = 0.0, high * 0.5**_HALVINGS
+    if guess < high and _between(hypothesis, candidate, amplitudes, guess, guess + step):
+        return guess
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if is_possible(hypothesis, candidate, middle * amplitudes) else (low, middle)
     return low
+
+
+def _between(hypothesis: Hypothesis, candidate: Candidate, amplitudes: Array, low: float, high: float) -> bool:
+    """Tell whether ``low`` times ``amplitudes`` (w,) are possible, and ``high`` times are not."""
+    possible = [is_possible(hypothesis, candidate, times * amplitudes) for times in (low, high)]
+    return possible == [True, False]
 
 
 def is_possible(hypothesis: Hypothesis, candidate: Candidate, amplitudes: Array) -> bool:

@@ -20,9 +20,14 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     Shifts,
     as_slope,
     by_sign,
+    in_half_cells,
     intervals,
     probes_by,
 )
+
+_GLIDING: Final = {"delta_mu_t": 0.06}
+_BOTH: Final = {**_GLIDING, "delta_mu_n": 0.05}
+"""Usual changes of the resistance to gliding alone, and of that across the skis, too."""
 
 
 class PatchOfSnow(Hypothesis):
@@ -37,7 +42,6 @@ class PatchOfSnow(Hypothesis):
     plain_smallest = "a stretch of slower or faster snow, as if the slope changed by {degrees:.1f}°"
     lines = ("f0", "f1")
     distinctions = (Distinction(("unexplained_force",), "a second run over the same place"),)
-    _USUAL: Final = {"delta_mu_t": 0.06, "delta_mu_n": 0.05}
     _SLICKEST: Final = 0.01  # half of the least gliding friction that Wolfsperger et al. (2021) measured
 
     def possible(self, model: Model) -> bool:
@@ -46,31 +50,30 @@ class PatchOfSnow(Hypothesis):
 
     def probes(self, fitted: FittedRun) -> list[Probe]:
         cells = [SnowPatch(0.0, float(a), float(b), 0.5) for a, b in itertools.pairwise(fitted.place_edges)]
-        return [probe for key in self._USUAL for part in cells for probe in probes_by(fitted.model, part, [key])]
+        return [probe for key in _BOTH for part in cells for probe in probes_by(fitted.model, part, [key])]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        edges, candidates = fitted.place_edges, []
-        cells = len(edges) - 1
-        shaped = responses.reshape(len(responses), len(self._USUAL), cells)
+        """Return patches that change the resistance to gliding alone, and as many that change both."""
+        cells = len(fitted.place_edges) - 1
+        edges, shaped = in_half_cells(fitted.place_edges, responses.reshape(len(responses), len(_BOTH), cells))
         summed = np.concatenate([np.zeros((*shaped.shape[:2], 1)), np.cumsum(shaped, axis=2)], axis=2)
         spread = float(edges[-1] - edges[0]) / cells
-        for i, j in intervals(cells, 2, max(2, round(0.6 * cells))):
+        stretches = list(intervals(cells, 2, max(2, round(0.6 * cells))))
+        candidates = []
+        for usual, (i, j) in itertools.product((_GLIDING, _BOTH), stretches):
             part = SnowPatch(0.0, float(edges[i]), float(edges[j]), 0.5)
             owner = name_in_model(fitted.model, part)
+            moved = summed[:, : len(usual), j] - summed[:, : len(usual), i]
             candidates.append(
                 Candidate(
                     add_part(fitted.model, part),
-                    Freedom(summed[:, :, j] - summed[:, :, i], np.array(list(self._USUAL.values()))),
-                    tuple((NumberRef.of(owner, key),) for key in self._USUAL),
+                    Freedom(moved, np.array(list(usual.values()))),
+                    tuple((NumberRef.of(owner, key),) for key in usual),
                     {NumberRef.of(owner, "f0"): spread, NumberRef.of(owner, "f1"): spread},
                     (fitted.time_at(edges[i]), fitted.time_at(edges[j])),
                 )
             )
         return candidates
-
-    def draw_amplitudes(self, rng: np.random.Generator, count: int) -> Array:
-        """Draw amplitudes; half of all patches change the resistance to gliding alone."""
-        return np.asarray(rng.standard_normal(count) * np.array([1.0, float(rng.integers(2))]))
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float]:
         return fitted.time_at(numbers["f0"].value), fitted.time_at(numbers["f1"].value)
