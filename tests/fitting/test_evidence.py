@@ -44,11 +44,11 @@ def test_evidence_is_the_density_with_everything_integrated_out() -> None:
         assert given == pytest.approx(density(*first) - density(*second), rel=1e-6, abs=1e-6)
 
 
-@pytest.mark.parametrize("width", [1, 2, 3])
-def test_factors_of_candidates_are_differences_of_evidence(width: int) -> None:
+@pytest.mark.parametrize("widths", [(1, 1, 1), (2, 2), (3, 3), (1, 2, 3, 1)])
+def test_factors_of_candidates_are_differences_of_evidence(widths: tuple[int, ...]) -> None:
     given = linear_model()
     rng = np.random.default_rng(5)
-    candidates = [Freedom(rng.normal(size=(len(given.residual), width)), np.full(width, 0.2)) for _ in range(4)]
+    candidates = [Freedom(rng.normal(size=(len(given.residual), width)), np.full(width, 0.2)) for width in widths]
     sizes = (0.5, 1.0, 3.0)
     factors = log_factors(*overlaps(given, LEVELS, uncertain(given, LEVELS), candidates), sizes)[..., 0]
     nothing = log_evidence(given, LEVELS)

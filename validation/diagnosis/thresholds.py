@@ -61,7 +61,7 @@ class Thresholds:
 
     # Cells of time and place
     cell: float = chosen(
-        0.4, reason="s; the finest division of a run in the search for a place", on="unknown: before da34838"
+        0.4, reason="s; the finest division of a run: places are searched by half cells", on="unknown: before da34838"
     )
     most_cells: int = chosen(
         48, reason="cells of a run at most: responses to stretches grow with their square", on=_NO_DATA

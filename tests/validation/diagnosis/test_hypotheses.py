@@ -27,6 +27,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import (
     distinguishing_measurement,
 )
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
+    Candidate,
     FittedRun,
     Hypothesis,
     Number,
@@ -324,3 +325,40 @@ def test_nothing_else_in_the_package_knows_their_names() -> None:
     }
     assert mentioned == {}
     assert names_outside(ast.parse('TABLE = {"gust": 1}'), set(BY_NAME)) == ["'gust' in line 1"]
+
+
+def candidate_at(candidates: list[Candidate], begin: float, end: float) -> Candidate:
+    """Return the first candidate that begins and ends so."""
+    ends = [[candidate.model.value(line) for line in candidate.places] for candidate in candidates]
+    return candidates[int(np.argmin(np.abs(np.array(ends) - [begin, end]).sum(axis=1)))]
+
+
+@pytest.mark.parametrize("name", ["snow_patch", "gust", "unexplained_force"])
+def test_what_begins_within_a_cell_does_nearly_what_its_half_cells_do(fitted: FittedRun, name: str) -> None:
+    hypothesis = BY_NAME[name]
+    responses = responses_of(hypothesis.probes(fitted), fitted.prepared, fitted.measurements)
+    candidates = hypothesis.candidates(fitted, responses)
+    edges = fitted.place_edges if name == "snow_patch" else fitted.time_edges
+    within = candidate_at(candidates, 0.5 * (edges[2] + edges[3]), 0.5 * (edges[7] + edges[8]))
+    shifted = candidate_at(candidates, edges[3], edges[8])
+    track = slice(0, fitted.measurements.blocks["height"].stop)
+    exact, other = (
+        responses_of([Probe(one.model, one.amplitudes[0][0])], fitted.prepared, fitted.measurements)[track, 0]
+        for one in (within, shifted)
+    )
+    # 1.4 % of a patch and 0.4 % of a gust or a force, which half a cell's shift changes by 11 to 13 %
+    apart = np.linalg.norm(within.free.columns[track, 0] - exact)
+    assert apart < 0.03 * np.linalg.norm(exact)
+    assert apart < 0.2 * np.linalg.norm(other - exact)
+
+
+def test_a_patch_changes_gliding_alone_or_both_at_every_place(fitted: FittedRun) -> None:
+    hypothesis = BY_NAME["snow_patch"]
+    responses = responses_of(hypothesis.probes(fitted), fitted.prepared, fitted.measurements)
+    candidates = hypothesis.candidates(fitted, responses)
+    half = len(candidates) // 2
+    for gliding, both in zip(candidates[:half], candidates[half:], strict=True):
+        assert gliding.window == both.window
+        assert [name.key for (name,) in gliding.amplitudes] == ["delta_mu_t"]
+        assert [name.key for (name,) in both.amplitudes] == ["delta_mu_t", "delta_mu_n"]
+        np.testing.assert_array_equal(gliding.free.columns[:, 0], both.free.columns[:, 0])

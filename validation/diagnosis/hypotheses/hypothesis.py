@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar, Final
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from sssi_exudyn.analysis.turns import edge_changes
 from sssi_exudyn.contact.term import Term
@@ -335,11 +336,12 @@ def intervals(count: int, least: int, most: int) -> Iterator[tuple[int, int]]:
 
 
 def in_half_cells(edges: Array, responses: Array) -> tuple[Array, Array]:
-    """Return the edges (2c + 1,) of half cells and the responses (…, 2c) to each, from those of c cells: half a cell
-    does nearly half of what the cell does.
+    """Return the edges (2c + 1,) of half cells and the responses (…, 2c) to each, from those of c cells: their sum up
+    to a place is a smooth function of it.
     """
     halves = np.interp(0.5 * np.arange(2 * len(edges) - 1), np.arange(len(edges)), edges)
-    return np.asarray(halves), 0.5 * np.repeat(responses, 2, axis=-1)
+    summed = np.concatenate([np.zeros((*responses.shape[:-1], 1)), np.cumsum(responses, axis=-1)], axis=-1)
+    return halves, np.diff(CubicSpline(edges, summed, axis=-1)(halves), axis=-1)
 
 
 class InTime(Hypothesis):

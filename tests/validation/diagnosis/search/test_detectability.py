@@ -37,6 +37,23 @@ def test_an_effect_of_the_smallest_size_is_found_as_often_as_not(monkeypatch: py
     assert 1.0 < odds < 4.5  # the prior of the amplitude draws by 1/(1 + g), a part of what it would be without one
 
 
+def test_places_that_begin_and_end_in_the_same_cells_count_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = linear_model()
+    monkeypatch.setattr(Model, "about", lambda _self, _name: type("About", (), {"unit": "m/s", "meaning": "gust"}))
+    freedom = Freedom(np.ones((len(given.residual), 1)), np.array([0.2]))
+    one, near, far = (
+        Candidate(Model.__new__(Model), freedom, ((NumberRef("gust.w_f"),),), window=window)
+        for window in ((0.5, 2.1), (0.7, 2.3), (4.1, 6.1))
+    )
+
+    def smallest(*candidates: Candidate) -> float:
+        information = np.full((len(candidates), 1, 1), 9.0)
+        return smallest_noticed(BY_NAME["gust"], candidates, information, HYPOTHESES).value
+
+    assert smallest(one, near) == smallest(one)
+    assert smallest(one, near, far) == smallest(one, far) > smallest(one)
+
+
 @pytest.mark.parametrize(("missed", "adequate"), [(1.0, True), (6.0, False)])
 def test_a_track_missed_by_more_than_instruments_allow_is_not_adequate(missed: float, adequate: bool) -> None:
     measurements = replace(instruments(fixes=150), counts=np.ones(150))

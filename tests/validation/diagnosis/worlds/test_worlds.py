@@ -22,7 +22,7 @@ from sssi_exudyn.validation.diagnosis.worlds.classifier import Classifier, learn
 from sssi_exudyn.validation.diagnosis.worlds.drawn_worlds import Wanted, draw_worlds, known_of, observe
 from sssi_exudyn.validation.diagnosis.worlds.family import Unlisted
 from sssi_exudyn.validation.diagnosis.worlds.features import Features
-from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry, geometry_of, is_possible
+from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry, geometry_of, is_possible, limits_of
 from sssi_exudyn.validation.diagnosis.worlds.judge import judge, train
 
 FEWER = replace(THRESHOLDS, worlds=3000)
@@ -48,6 +48,16 @@ def geometry_with(fitted: FittedRun, hypotheses: list[Hypothesis]) -> Geometry:
 @pytest.fixture(scope="module")
 def geometry(fitted: FittedRun) -> Geometry:
     return geometry_with(fitted, [*HYPOTHESES[:-1], ValleyBreeze(), HYPOTHESES[-1]])
+
+
+def test_limits_are_those_of_each_place_by_itself(geometry: Geometry) -> None:
+    for name in ("snow_patch", "gust"):
+        candidates, limits = geometry.candidates[name], geometry.limits[name]
+        assert np.any(np.isfinite(limits))
+        for k in range(0, len(candidates), 50):
+            own = limits_of(BY_NAME[name], candidates[k])
+            np.testing.assert_array_equal(limits[k, : len(own)], own)
+            assert np.all(np.isinf(limits[k, len(own) :]))
 
 
 @pytest.fixture(scope="module")
