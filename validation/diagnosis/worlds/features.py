@@ -29,6 +29,8 @@ _MOST_BENT: Final = 60
 """Places of a law at most that have a wrong form, evenly of all."""
 _UNSEEN: Final = 1e-9
 """Share of what the measurements know of a candidate's best-known amplitude below which an amplitude is not seen."""
+_FAINT: Final = 1e-13
+"""Share of the largest of a basis' variances below which it is rounding."""
 _FOOT_MEMORIES: Final = (0.3, 2.0)
 """s; memories of a force on a foot."""
 
@@ -58,12 +60,16 @@ class _Family(ABC):
 
 @dataclass(frozen=True)
 class _LawFamily(_Family):
-    """The evidence of a law or fault; its ``columns`` (N, c·w) in units of noise."""
+    """The evidence of a law or fault, whose c·w amplitudes move the measurements by ``basis`` (N, r) times ``mix``
+    (r, c·w), in units of noise.
+    """
 
-    columns: Array
+    basis: Array
+    mix: Array
 
     def along(self, rest: Array, pushed: Array) -> Array:
-        return self.information.along((self.columns.T @ rest).reshape(*self.information.known.shape, -1))
+        pull = self.mix.T @ (self.basis.T @ rest)
+        return self.information.along(pull.reshape(*self.information.known.shape, -1))
 
 
 @dataclass(frozen=True)
@@ -205,14 +211,27 @@ def _laws(geometry: Geometry, known: Uncertain, by_body: Array, sizes: tuple[flo
         white = whiten_columns(geometry.linear, geometry.levels, columns)
         left = known.remove_from(white)
         gram = np.einsum("nci,ncj->cij", white.reshape(shape), left.reshape(shape))
-        law = _LawFamily(name, Information(gram), sizes, geometry.limits[name], white)
+        law = _LawFamily(name, Information(gram), sizes, geometry.limits[name], *_factors(white))
         families.append(law)
         if geometry.kinds[name] == "physics":
             step = -(-len(candidates) // _MOST_BENT)
             places, column = np.arange(0, len(candidates), step), np.arange(columns.shape[1]).reshape(shape[1:])
-            some = replace(law, columns=white[:, column[places].ravel()], limits=law.limits[places])
-            families += _bent(geometry, known, by_body, some, columns[:, column[places].ravel()])
+            at = column[places].ravel()
+            families += _bent(geometry, known, by_body, replace(law, limits=law.limits[places]), columns[:, at])
     return families
+
+
+def _factors(columns: Array) -> tuple[Array, Array]:
+    """Return a basis (N, r) and the mix (r, c) that make ``columns`` (N, c).
+
+    Places of a law are put together from few cells, so that thousands of columns have a basis of some hundred.
+    """
+    size, count = columns.shape
+    if count <= size:
+        return columns, np.eye(count)
+    squares, axes = np.linalg.eigh(columns @ columns.T)
+    basis = axes[:, squares > _FAINT * squares[-1]]
+    return basis, basis.T @ columns
 
 
 def _bent(geometry: Geometry, known: Uncertain, by_body: Array, law: _LawFamily, moved: Array) -> list[_Family]:
@@ -220,6 +239,7 @@ def _bent(geometry: Geometry, known: Uncertain, by_body: Array, law: _LawFamily,
     of its form.
     """
     count, exact = len(law.limits), moved.shape[1]
+    columns = whiten_columns(geometry.linear, geometry.levels, moved)
     apart = np.abs(geometry.middles[:, None] - geometry.middles)
     variances, axes = np.linalg.eigh(np.exp(-apart / _FORM_MEMORY))
     modes = (axes * np.sqrt(variances))[:, : -_FORM_MODES - 1 : -1]
@@ -230,7 +250,7 @@ def _bent(geometry: Geometry, known: Uncertain, by_body: Array, law: _LawFamily,
     families: list[_Family] = []
     for share in _FORMS:
         by_mode = (by_body @ (share * changes).reshape(by_body.shape[1], -1)).reshape(len(by_body), exact, -1)
-        white = np.concatenate([law.columns[:, :, None], by_mode], axis=2).reshape(len(by_body), count, -1)
+        white = np.concatenate([columns[:, :, None], by_mode], axis=2).reshape(len(by_body), count, -1)
         left = known.remove_from(white.reshape(len(white), -1)).reshape(white.shape)
         information = Information(np.einsum("nci,ncj->cij", white, left))
         families.append(
@@ -239,7 +259,7 @@ def _bent(geometry: Geometry, known: Uncertain, by_body: Array, law: _LawFamily,
                 information,
                 law.sizes,
                 limits.reshape(count, -1, 2),
-                law.columns,
+                columns,
                 share * changes.reshape(by_body.shape[1], -1),
             )
         )
