@@ -21,14 +21,13 @@ from numpy.polynomial.hermite import hermgauss
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.linalg.lapack import dpotri
-from scipy.optimize import Bounds, OptimizeResult, minimize
+from scipy.optimize import Bounds, minimize
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import Scale, uneven_covariance
 from sssi_exudyn.fitting.autocorrelated_noise import log_divisors, whiten, whiten_with_slope
 from sssi_exudyn.fitting.noise import BLOCKS_OF, LevelPrior, NoiseLevels, UsualLevels, level_priors, log_prior
 from sssi_exudyn.fitting.observations import Measurements
-from sssi_exudyn.runtime.threads import side_by_side
 
 _UNSEEN: Final = 0.02
 """Standard deviations of all noise together below which a direction of the posture's errors is left out."""
@@ -221,8 +220,7 @@ def log_posterior(linear: LinearProblem, levels: NoiseLevels) -> float:
 def best_levels(linear: LinearProblem, start: NoiseLevels, extra: Freedom | None = None) -> tuple[NoiseLevels, float]:
     """Return the noise that makes the measurements most probable, and log evidence plus the noise's log prior there.
 
-    The search begins at ``start`` and at what instruments usually show, and takes the better end.  Numbers of which the
-    measurements say nothing stay as ``start`` has them.
+    The search begins at ``start``.  Numbers of which the measurements say nothing stay as ``start`` has them.
     """
     evidence = _Evidence(linear, extra)
     sought, usual = evidence.sought(), linear.measurements.usual
@@ -240,16 +238,10 @@ def best_levels(linear: LinearProblem, start: NoiseLevels, extra: Freedom | None
         return -value - log_prior(usual, levels), (logs - middle) / spread**2 - by_name
 
     bounds = Bounds(np.log([prior.low for prior in priors]), np.log([prior.high for prior in priors]))
-    begins = {begin.tobytes(): begin for begin in (np.log([start.numbers[name] for name in names]), middle)}
-
-    def search(begin: Array) -> OptimizeResult:
-        return minimize(
-            minus, np.clip(begin, bounds.lb, bounds.ub), jac=True, method="L-BFGS-B", bounds=bounds,
-            options={"maxiter": _ROUNDS, "ftol": _TOLERANCE},
-        )  # fmt: skip
-
-    searches = side_by_side(search, begins.values())
-    best = min(searches, key=lambda search: float(search.fun))
+    begin = np.clip(np.log([start.numbers[name] for name in names]), bounds.lb, bounds.ub)
+    best = minimize(
+        minus, begin, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": _ROUNDS, "ftol": _TOLERANCE}
+    )
     return levels_at(best.x), -float(best.fun)
 
 

@@ -455,7 +455,7 @@ def print_names(runs: Sequence[Drawn]) -> None:
                 for row in rows
                 if row.hidden == name and row.standard_errors >= CLEAR
             ]
-            cells.append(", ".join(f"{called} {count}" for called, count in Counter(clear).most_common(3)))
+            cells.append(", ".join(f"{called} {count}" for called, count in Counter(clear).most_common()))
         print(f"{name:26} " + "  |  ".join(cells[i] for i in (0, 2, 3, 4)))
 
 

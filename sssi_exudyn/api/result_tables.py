@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -29,7 +29,8 @@ from sssi_exudyn.runtime.optional import import_for
 _FORCES: Final = ("_load_", "_sole_", "_friction_", "_snow_force_", "_pole_", "_drag_")
 """Parts of the names of forces in a series."""
 _MOST_POINTS: Final = 10_001
-_DIGITS: Final = "%.9g"
+_LARGE: Final = 1e5
+"""From which on numbers have fifteen digits instead of nine: clocks that count from 1970 have nine before the point."""
 
 
 class ResultTables:
@@ -114,7 +115,7 @@ class ResultTables:
         with folder_lock(out):
             for name, table in self._tables().items():
                 path = out / CSV.get(name, TURNS[0])
-                write_atomically(path, _clean(table).to_csv(index=False, float_format=_DIGITS))
+                write_atomically(path, _clean(table).to_csv(index=False, float_format=_digits))
                 written.append(path)
             if not (out / COLUMNS).exists():  # a result's folder has one, which describes all of its files
                 write_atomically(out / COLUMNS, csv_of(self._described(), Column))
@@ -226,6 +227,11 @@ def _flat(value: object, name: str = "") -> list[tuple[str, object]]:
     if isinstance(value, list | tuple):
         return [row for count, part in enumerate(value, 1) for row in _flat(part, f"{name}.{count}")]
     return [(name, value)]
+
+
+def _digits(value: Any) -> str:  # Any: pandas calls it with an object, which is a number
+    """Return the text of a number in a table."""
+    return f"{value:.15g}" if abs(value) >= _LARGE else f"{value:.9g}"
 
 
 def _clean(table: pd.DataFrame) -> pd.DataFrame:

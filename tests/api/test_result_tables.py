@@ -121,6 +121,16 @@ def test_tables_as_csv_are_the_tables(result: Result, tmp_path: Path) -> None:
     assert rows[SERIES, "pelvis_f_m"]["frame"].startswith("slope: f down the fall line")
 
 
+def test_a_clock_that_counts_from_1970_keeps_its_fractions_of_a_second(tmp_path: Path) -> None:
+    run = a_run(1.0)
+    first = 1_764_400_000.0
+    later = Result(replace(run, series=run.series.assign(time_s=run.series["time_s"] + first)), {})
+    later.to_csv(tmp_path)
+    written = pd.read_csv(tmp_path / "series.csv")["time_s"]
+    # 15 digits are microseconds
+    np.testing.assert_allclose(written - first, run.series["time_s"], rtol=0.0, atol=2e-6)
+
+
 @pytest.mark.long
 def test_a_workbook_has_a_sheet_a_table(result: Result, tmp_path: Path) -> None:
     book = pd.read_excel(result.to_excel(tmp_path / "run.xlsx"), sheet_name=None)
