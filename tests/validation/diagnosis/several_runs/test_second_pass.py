@@ -372,4 +372,4 @@ def test_a_second_pass_distinguishes_a_patch_from_a_gust(
     [answer] = [answer for answer in ask_other_runs(ends) if answer.run == "morning"]
     assert answer.before[hidden] < 0.9
     assert answer.after[hidden] > 0.95
-    assert answer.passes[0].metres > 10.0
+    assert answer.passes[0].metres > 7.0  # what is hidden lasts 1.5 s at least, at 5 m/s
