@@ -19,19 +19,21 @@ def smallest_noticed(
     candidates: Sequence[Candidate],
     information: Array,
     hypotheses: Sequence[Hypothesis],
+    cell: float,
     thresholds: Thresholds = THRESHOLDS,
 ) -> Smallest:
     """Return the first amplitude of an effect that would be found as often as not, at the median of all its places.
 
     information : (c, w, w) of the candidates' amplitudes, in usual sizes (``evidence.overlaps``)
     hypotheses : all that it is compared with
+    cell : s, of the run's cells of time
 
     An amplitude a raises the log evidence by ½ a² g, of which places searched and other amplitudes take their part.
     """
     share = (1.0 - thresholds.nothing) * hypothesis.weight / sum(other.weight for other in hypotheses)
     _, volume = np.linalg.slogdet(information + np.eye(information.shape[1]))
     odds = (1.0 - thresholds.stands_out) / thresholds.stands_out * thresholds.nothing / share
-    needed = np.log(odds) / thresholds.temper + 0.5 * volume + np.log(_places(candidates, thresholds.cell))
+    needed = np.log(odds) / thresholds.temper + 0.5 * volume + np.log(_places(candidates, cell))
     size = float(np.median(np.sqrt(2.0 * needed / np.maximum(information[:, 0, 0], 1e-12))))
     name, first = candidates[0].amplitudes[0][0], candidates[0]
     about = first.model.about(name)

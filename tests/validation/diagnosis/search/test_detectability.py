@@ -28,7 +28,7 @@ def test_an_effect_of_the_smallest_size_is_found_as_often_as_not(monkeypatch: py
     monkeypatch.setattr(Model, "about", lambda _self, _name: type("About", (), {"unit": "m/s", "meaning": "gust"}))
     candidate = Candidate(Model.__new__(Model), freedom, ((NumberRef("gust.w_f"),),))
     information, _ = overlaps(given, LEVELS, uncertain(given, LEVELS), [freedom])
-    smallest = smallest_noticed(hypothesis, [candidate], information, HYPOTHESES)
+    smallest = smallest_noticed(hypothesis, [candidate], information, HYPOTHESES, THRESHOLDS.cell)
     assert (smallest.number, smallest.unit, smallest.meaning) == ("w_f", "m/s", "gust")
     shown = replace(given, residual=freedom.columns[:, 0] * smallest.value)
     known = overlaps(shown, LEVELS, uncertain(shown, LEVELS), [freedom])
@@ -48,7 +48,7 @@ def test_places_that_begin_and_end_in_the_same_cells_count_once(monkeypatch: pyt
 
     def smallest(*candidates: Candidate) -> float:
         information = np.full((len(candidates), 1, 1), 9.0)
-        return smallest_noticed(BY_NAME["gust"], candidates, information, HYPOTHESES).value
+        return smallest_noticed(BY_NAME["gust"], candidates, information, HYPOTHESES, THRESHOLDS.cell).value
 
     assert smallest(one, near) == smallest(one)
     assert smallest(one, near, far) == smallest(one, far) > smallest(one)
