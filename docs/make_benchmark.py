@@ -1,7 +1,7 @@
 """Makes ``docs/notebook/diagnosis-benchmark.md`` from the blind benchmark's answers in ``docs/notebook/diagnosis-benchmark.parquet``.
 
     python docs/make_benchmark.py FOLDER COMMIT   keep the answers of a folder that ``sssi benchmark diagnosis`` made
-    python docs/make_benchmark.py                 make the page of what is kept
+    python docs/make_benchmark.py                 make the page of what is kept, and the rows about it in README.md
 
 COMMIT names the version that answered.  A folder whose cases conceal one kind alone (``--conceal``) is kept next to the
 other.  The three clearest failures have pictures, each the worst of its kind: something was found where nothing was
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -34,9 +35,10 @@ from sssi_exudyn.reports.sections.diagnosis import draw_force, draw_probabilitie
 from sssi_exudyn.validation.benchmark.cases import Case
 from sssi_exudyn.validation.benchmark.page import benchmark_page, shares_table
 from sssi_exudyn.validation.benchmark.run import SEAL
-from sssi_exudyn.validation.benchmark.scores import STRONG, CaseResult, Scores, is_right, score
+from sssi_exudyn.validation.benchmark.scores import STRONG, CaseResult, Scores, Share, is_right, score
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Weighed
 
+README = Path(__file__).parents[1] / "README.md"
 NOTEBOOK = Path(__file__).parent / "notebook"
 KEPT = NOTEBOOK / "diagnosis-benchmark.parquet"
 PAGE = NOTEBOOK / "diagnosis-benchmark.md"
@@ -352,6 +354,46 @@ def kept_scores(path: Path) -> tuple[Scores, str]:
     return score(cases, results, seal or ""), commit or ""
 
 
+def last_scores(kind: str) -> Scores:
+    """Return the figures of the last version that answered runs which conceal a ``kind`` alone."""
+    path = ALONE[kind].kept(kind)
+    last = read_texts(path, _COLUMNS)[-1][2]
+    answers = zip(kept_answers(path), read_texts(path, _COLUMNS), strict=True)
+    cases, results = zip(*(pair for pair, row in answers if row[2] == last), strict=True)
+    return score(cases, results, last or "")
+
+
+def readme_rows() -> list[str]:
+    """Return the rows of the README's table of results that are about these answers."""
+    whole, listed, pairs, nothing = map(last_scores, ("whole_runs", "listed", "pair", "none"))
+    all_whole, all_nothing = (kept_scores(ALONE[kind].kept(kind))[0] for kind in ("whole_runs", "none"))
+    sure = whole.wrong_and_sure.hits + listed.wrong_and_sure.hits, whole.wrong_and_sure.of + listed.wrong_and_sure.of
+    return [
+        "| diagnosis: single effects that it names first, 12 skiers; of these clear ones | "
+        f"whole runs {_of(whole.right_name_first)}, 6 s {_of(listed.right_name_first)}; "
+        f"{_of(whole.strong_right_name_first)} and {_of(listed.strong_right_name_first)} "
+        f"(in whole runs by all versions {_of(all_whole.strong_right_name_first)}) "
+        "| [benchmark](docs/notebook/diagnosis-benchmark.md) |",
+        "| the same: wrong names above 80 %; next to a second effect; both of two effects that are to be seen | "
+        f"{sure[0]} of {sure[1]} (in whole runs by all versions {_of(all_whole.wrong_and_sure)}); "
+        f"{_of(pairs.wrong_and_sure)}; {_of(pairs.seen_pairs_both_named)} | |",
+        "| false alarms where nothing is hidden, in 6 s by all versions; by the last; in whole runs by all | "
+        f"{_of(all_nothing.false_alarms)}; {_of(nothing.false_alarms)}; {_of(all_whole.false_alarms)} "
+        "| [targets](docs/notebook/diagnosis.md#targets-next-to-the-best-that-can-be-said) |",
+    ]
+
+
+def _of(share: Share) -> str:
+    return f"{share.hits} of {share.of}"
+
+
+def readme_with(rows: Sequence[str]) -> str:
+    """Return the README in which each of the ``rows`` takes the place of the one with the same first cell."""
+    by_cell = {row.split(" | ")[0]: row for row in rows}
+    lines = README.read_text(encoding="utf-8").splitlines()
+    return "\n".join(by_cell.get(line.split(" | ")[0], line) for line in lines) + "\n"
+
+
 def page() -> str:
     """Return the page."""
     scores, commit = kept_scores(KEPT)
@@ -364,3 +406,4 @@ if __name__ == "__main__":
     if len(sys.argv) > 1:
         keep(Path(sys.argv[1]), sys.argv[2])
     PAGE.write_text(page(), encoding="utf-8")
+    README.write_text(readme_with(readme_rows()), encoding="utf-8")

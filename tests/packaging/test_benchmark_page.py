@@ -15,6 +15,13 @@ def test_the_page_is_of_the_answers(script: ModuleType) -> None:
     assert script.page() == (DOCS / "notebook" / "diagnosis-benchmark.md").read_text(encoding="utf-8")
 
 
+def test_the_readme_is_of_the_answers(script: ModuleType) -> None:
+    rows = script.readme_rows()
+    lines = (DOCS.parent / "README.md").read_text(encoding="utf-8").splitlines()
+    assert len(rows) == 3
+    assert set(rows) <= set(lines)
+
+
 @pytest.mark.long
 def test_every_case_is_kept(script: ModuleType) -> None:
     scores, commit = script.kept_scores(script.KEPT)
