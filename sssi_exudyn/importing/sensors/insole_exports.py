@@ -15,7 +15,7 @@ Missing values (empty, ``-``, ``nan``) are interpolated between those of the sam
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -82,6 +82,8 @@ def read_insole_export(path: Path) -> InsoleExport:
     layout = _layout(_head(path))
     if layout is None:
         raise InputError(path, "", "no export of insoles that is known", "export time and total force of both feet")
+    if layout.only is not None:
+        raise InputError(path, "", f"loads of the {layout.only} foot alone", "export both insoles of one measurement")
     rows = _rows(path, layout)
     values = np.array([[number_of(word) for word in words] for _, words in rows]).reshape(-1, layout.width)
     repairs = Repairs(path)
@@ -105,6 +107,7 @@ class _Layout:
     first : line number of the first row of numbers;  separator : between cells;  width : number of cells
     clocks, loads : column of time, and columns that are summed, of the left and the right foot
     scale : of the times, to s
+    only : the foot whose loads are there without the other's
     """
 
     first: int
@@ -114,6 +117,7 @@ class _Layout:
     loads: tuple[tuple[int, ...], tuple[int, ...]]
     scale: float = 1.0
     is_force: bool = True
+    only: str | None = None
 
 
 def _head(path: Path) -> Rows:
@@ -139,12 +143,14 @@ def _layout(head: Rows) -> _Layout | None:
 def _opengo(number: int, separator: str, cells: Sequence[str], _above: Sequence[str]) -> _Layout | None:
     totals = {match[1].lower(): column for column, cell in enumerate(cells) if (match := _TOTAL.fullmatch(cell))}
     clock = next((column for column, cell in enumerate(cells) if _CLOCK.fullmatch(cell)), None)
-    if clock is None or set(totals) != set(_FEET):
+    if clock is None or not totals:
         return None
     match = _CLOCK.fullmatch(cells[clock])
     scale = 1e-3 if match and match[1] == "ms" else 1.0
-    loads = ((totals["left"],), (totals["right"],))
-    return _Layout(number + 1, separator, len(cells), (clock, clock), loads, scale)
+    left, right = (totals.get(foot, 0) for foot in _FEET)
+    return _Layout(
+        number + 1, separator, len(cells), (clock, clock), ((left,), (right,)), scale, only=_the_only_one(totals)
+    )
 
 
 def _loadsol(number: int, separator: str, cells: Sequence[str], above: Sequence[str]) -> _Layout | None:
@@ -160,10 +166,16 @@ def _loadsol(number: int, separator: str, cells: Sequence[str], above: Sequence[
             feet.setdefault(
                 "left" if side[1].lower().startswith("l") else "right", (before[-1] if before else 0, column)
             )
-    if set(feet) != set(_FEET):
+    if not feet:
         return None
-    (left_clock, left), (right_clock, right) = feet["left"], feet["right"]
-    return _Layout(number + 1, separator, len(cells), (left_clock, right_clock), ((left,), (right,)))
+    (left_clock, left), (right_clock, right) = (feet.get(foot, (0, 0)) for foot in _FEET)
+    clocks_of_feet = left_clock, right_clock
+    return _Layout(number + 1, separator, len(cells), clocks_of_feet, ((left,), (right,)), only=_the_only_one(feet))
+
+
+def _the_only_one(feet: Collection[str]) -> str | None:
+    """Return the foot that is there without the other; None where both are."""
+    return next(iter(feet)) if len(feet) == 1 else None
 
 
 def _pedar(number: int, separator: str, cells: Sequence[str], _above: Sequence[str]) -> _Layout | None:

@@ -65,6 +65,16 @@ def test_units_of_loadsol_may_have_their_quantity(tmp_path: Path) -> None:
     np.testing.assert_allclose(right, 269.7 - np.arange(4))
 
 
+def test_an_export_of_one_foot_asks_for_the_other(tmp_path: Path) -> None:
+    one_loadsol = "\n".join("\t".join(line.split("\t")[:4]) for line in loadsol().splitlines())
+    one_opengo = opengo().replace("right total force[N]", "right balance[]")
+    for name, text, foot in (("loadsol.txt", one_loadsol, "left"), ("opengo.txt", one_opengo, "left")):
+        path = write(tmp_path / name, text)
+        assert is_insole_export(path)
+        with pytest.raises(InputError, match=f"loads of the {foot} foot alone; export both insoles"):
+            read_insole_export(path)
+
+
 def test_a_stretch_begins_at_zero(tmp_path: Path) -> None:
     export = read_insole_export(write(tmp_path / "opengo.txt", opengo()))
     time, left, _ = table(export.table(70.0, (2.0, 5.0))).T
@@ -90,7 +100,7 @@ def test_other_texts_are_none(tmp_path: Path) -> None:
         "hello\n",
         "time_s,left_N,right_N\n0,1,2\n",
         "# left total force[N]\n",
-        opengo().replace("left total", "left"),
+        opengo().replace("total force", "force"),
     ):
         path = write(tmp_path / "other.txt", text)
         assert not is_insole_export(path)
