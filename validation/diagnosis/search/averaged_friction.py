@@ -45,9 +45,9 @@ def averaged_friction(
         parts += [(likely / (len(usual) + 1), middle + shift[name], sigma) for shift in [*usual, {name: 0.0}]]
         weights, means, sigmas = np.array(parts).T
         mixture = Mixture(weights / np.sum(weights), means, sigmas)
-        least, most = final.model.bounds(name)
-        low, up = max(mixture.quantile(0.05), least), min(mixture.quantile(0.95), most)
-        averaged[name.key] = Number(mixture.mean, low, up, "1")
+        numbers = np.array([mixture.mean, mixture.quantile(0.05), mixture.quantile(0.95)])
+        value, low, high = np.clip(numbers, *final.model.bounds(name)).tolist()
+        averaged[name.key] = Number(value, low, high, "1")
     return averaged
 
 

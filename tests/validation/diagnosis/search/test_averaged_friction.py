@@ -130,6 +130,15 @@ def test_friction_is_not_below_zero() -> None:
     assert friction["mu_t"].low == 0.0
 
 
+def test_friction_is_within_its_bounds_and_its_interval() -> None:
+    """A rival by which friction would be far below zero draws the mean there, too."""
+    final: Any = Fit(0.001, 0.55, 0.002)
+    chosen = explanation("wind", 0.7, Fit(0.10, 0.55, 0.002))
+    first = of_round(chosen, explanation("gust", 0.3, Fit(0.02, 0.55, 0.002)))
+    friction = averaged_friction(of_round(explanation("nothing", 1.0, final)), [(first, chosen)], final)["mu_t"]
+    assert 0.0 == friction.low <= friction.value <= friction.high
+
+
 def test_what_is_not_refitted_moves_friction_as_the_linear_model_has_it() -> None:
     """An explanation that was not refitted, against normal densities written out."""
     linear, levels = linear_model(), LEVELS
