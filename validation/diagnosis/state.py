@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.number_ref import CLOCK_OFFSET, NumberRef
 from sssi_exudyn.fitting.estimate import estimate, estimate_from, judging_run
@@ -123,8 +124,24 @@ def estimate_again(
             state = replace(state, beyond=_full_surplus(problem, fit.model))
             fit = fit_model(problem, state, fit.model, fit.parameters, state.levels)
         return problem, state, fit
+    fit = replace(fit, parameters=tuple(_counted_from_stated(problem, parameter) for parameter in fit.parameters))
     posterior = _estimate_with(problem, fit, state.estimate, full=full, comparing=True)
     return linearise_about(problem, posterior, fit.parameters)
+
+
+def _counted_from_stated(problem: DiagnosisProblem, parameter: Parameter) -> Parameter:
+    """Return a parameter with the prior that its number has about an estimate of its own.
+
+    A clock is uncertain in every estimate.  About an earlier one it counts from what that found, and what was found
+    counts as its error.  Were it to count from there later, part of a late clock would be no fault.
+    """
+    if parameter in problem.parameters:
+        return parameter
+    try:
+        stated = parameter.of(problem.model)
+    except InputError:  # of what was found
+        return parameter
+    return replace(parameter, prior=replace(parameter.prior, mean=stated))
 
 
 def last_estimate(problem: DiagnosisProblem, state: State, fit: Refit, *, full: bool) -> Posterior | None:
