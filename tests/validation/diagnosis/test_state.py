@@ -25,8 +25,8 @@ def test_a_late_clock_counts_from_what_is_stated(monkeypatch: pytest.MonkeyPatch
     stated = model_of(*bundled("beginner"))
     gust, free = NumberRef("gust.w_f"), NumberRef("friction.mu_t")
     known = Parameter((free,), Prior(0.1, 0.1))
-    found = Parameter((CLOCK_OFFSET,), Prior(0.053, 0.125)), Parameter((gust,), Prior(0.0, 5.0))
-    parameters = (known, *found)
+    of_causes = Parameter((CLOCK_OFFSET,), Prior(0.053, 0.125)), Parameter((gust,), Prior(0.0, 5.0))
+    parameters = (known, *of_causes)
     model = add_part(stated, Gust()).with_values({CLOCK_OFFSET: 0.076})
     none = np.zeros((0, 3))
     fit = Refit(model, parameters, np.array([0.08, 0.076, 3.0]), np.zeros(0), none, 0.0, np.eye(3))
@@ -43,4 +43,4 @@ def test_a_late_clock_counts_from_what_is_stated(monkeypatch: pytest.MonkeyPatch
     estimate_again(problem, state, fit, full=False)
     assert len(asked) == 2
     for clock_from_stated in asked:
-        assert clock_from_stated == (known, Parameter((CLOCK_OFFSET,), Prior(0.0, 0.125)), found[1])
+        assert clock_from_stated == (known, Parameter((CLOCK_OFFSET,), Prior(0.0, 0.125)), of_causes[1])
