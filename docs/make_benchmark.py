@@ -339,12 +339,15 @@ def detection_text() -> str:
 
 def kept_answers(path: Path) -> list[tuple[Case, CaseResult]]:
     """Return the cases and the answers that a file keeps."""
-    answers = []
-    for case, result, _, _ in read_texts(path, _COLUMNS):
-        assert case is not None
-        assert result is not None
-        answers.append((decode(case.encode(), Case), decode(result.encode(), CaseResult)))
-    return answers
+    return list(map(_decoded, read_texts(path, _COLUMNS)))
+
+
+def _decoded(row: Sequence[str | None]) -> tuple[Case, CaseResult]:
+    """Return the case and the answer of a row."""
+    case, result, *_ = row
+    assert case is not None
+    assert result is not None
+    return decode(case.encode(), Case), decode(result.encode(), CaseResult)
 
 
 def kept_scores(path: Path) -> tuple[Scores, str]:
@@ -356,10 +359,9 @@ def kept_scores(path: Path) -> tuple[Scores, str]:
 
 def last_scores(kind: str) -> Scores:
     """Return the figures of the last version that answered runs which conceal a ``kind`` alone."""
-    path = ALONE[kind].kept(kind)
-    last = read_texts(path, _COLUMNS)[-1][2]
-    answers = zip(kept_answers(path), read_texts(path, _COLUMNS), strict=True)
-    cases, results = zip(*(pair for pair, row in answers if row[2] == last), strict=True)
+    rows = read_texts(ALONE[kind].kept(kind), _COLUMNS)
+    _, _, last, _ = rows[-1]
+    cases, results = zip(*(_decoded(row) for row in rows if row[2] == last), strict=True)
     return score(cases, results, last or "")
 
 

@@ -58,6 +58,12 @@ class FittedRun:
         return np.linspace(begin, end, count + 1)
 
     @property
+    def cell(self) -> float:
+        """Length of a cell in time (s)."""
+        edges = self.time_edges
+        return float(edges[1] - edges[0])
+
+    @property
     def place_edges(self) -> Array:
         """Edges of the cells along the fall line (m); every cell takes some time to pass."""
         f = np.maximum.accumulate(self.run.foot_position[..., 0].mean(axis=1))
@@ -335,13 +341,13 @@ def intervals(count: int, least: int, most: int) -> Iterator[tuple[int, int]]:
             yield i, i + length
 
 
-def in_half_cells(edges: Array, responses: Array) -> tuple[Array, Array]:
-    """Return the edges (2c + 1,) of half cells and the responses (…, 2c) to each, from those of c cells: their sum up
-    to a place is a smooth function of it.
+def sums_by_half_cells(edges: Array, responses: Array) -> tuple[Array, Array]:
+    """Return the edges (2c + 1,) of half cells and the sums (…, 2c + 1) of responses up to each, from the responses
+    (…, c) to cells: the sum up to a place is a smooth function of it.
     """
     halves = np.interp(0.5 * np.arange(2 * len(edges) - 1), np.arange(len(edges)), edges)
     summed = np.concatenate([np.zeros((*responses.shape[:-1], 1)), np.cumsum(responses, axis=-1)], axis=-1)
-    return halves, np.diff(CubicSpline(edges, summed, axis=-1)(halves), axis=-1)
+    return halves, np.asarray(CubicSpline(edges, summed, axis=-1)(halves))
 
 
 class InTime(Hypothesis):
@@ -379,8 +385,8 @@ class InTime(Hypothesis):
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         cells, count, candidates = len(fitted.time_edges) - 1, len(self.keys), []
-        edges, shaped = in_half_cells(fitted.time_edges, responses.reshape(len(responses), count, cells))
-        spread = float(fitted.time_edges[1] - fitted.time_edges[0])
+        edges, summed = sums_by_half_cells(fitted.time_edges, responses.reshape(len(responses), count, cells))
+        shaped, spread = np.diff(summed, axis=-1), fitted.cell
         stretches = intervals(cells, self.least, max(self.least, round(self.longest * cells)))
         for (i, j), rise in itertools.product(stretches, self.rises):
             part = self.part(float(edges[i]), float(edges[j]), rise)

@@ -62,7 +62,6 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
     responses = responses_by_name(problem, fitted)
 
     uncertainty = uncertain(linear, state.levels)
-    cell = float(fitted.time_edges[1] - fitted.time_edges[0])
 
     def compare(hypothesis: Hypothesis) -> tuple[Screened, Smallest] | None:
         candidates = hypothesis.candidates(fitted, responses[hypothesis.name])
@@ -70,7 +69,9 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
             return None
         known = overlaps(linear, state.levels, uncertainty, [candidate.free for candidate in candidates])
         explanation = _screen(state, linear, hypothesis, candidates, known, evidence, problem.thresholds)
-        noticed = smallest_noticed(hypothesis, candidates, known[0], problem.hypotheses, cell, problem.thresholds)
+        noticed = smallest_noticed(
+            hypothesis, candidates, known[0], problem.hypotheses, fitted.cell, problem.thresholds
+        )
         return explanation, noticed
 
     compared = [pair for pair in side_by_side(compare, problem.hypotheses) if pair is not None]

@@ -217,7 +217,8 @@ def _laws(geometry: Geometry, known: Uncertain, by_body: Array, sizes: tuple[flo
             step = -(-len(candidates) // _MOST_BENT)
             places, column = np.arange(0, len(candidates), step), np.arange(columns.shape[1]).reshape(shape[1:])
             at = column[places].ravel()
-            families += _bent(geometry, known, by_body, replace(law, limits=law.limits[places]), columns[:, at])
+            some = replace(law, limits=law.limits[places])
+            families += _bent(geometry, known, by_body, some, columns[:, at], white[:, at])
     return families
 
 
@@ -234,12 +235,13 @@ def _factors(columns: Array) -> tuple[Array, Array]:
     return basis, basis.T @ columns
 
 
-def _bent(geometry: Geometry, known: Uncertain, by_body: Array, law: _LawFamily, moved: Array) -> list[_Family]:
-    """Return the evidence of a law at some of its places, whose amplitudes do what is ``moved`` (N, c·a), with errors
-    of its form.
+def _bent(
+    geometry: Geometry, known: Uncertain, by_body: Array, law: _LawFamily, moved: Array, columns: Array
+) -> list[_Family]:
+    """Return the evidence of a law at some of its places, whose amplitudes do what is ``moved`` (N, c·a), in units of
+    noise ``columns``, with errors of its form.
     """
     count, exact = len(law.limits), moved.shape[1]
-    columns = whiten_columns(geometry.linear, geometry.levels, moved)
     apart = np.abs(geometry.middles[:, None] - geometry.middles)
     variances, axes = np.linalg.eigh(np.exp(-apart / _FORM_MEMORY))
     modes = (axes * np.sqrt(variances))[:, : -_FORM_MODES - 1 : -1]

@@ -20,9 +20,9 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     Shifts,
     as_slope,
     by_sign,
-    in_half_cells,
     intervals,
     probes_by,
+    sums_by_half_cells,
 )
 
 _GLIDING: Final = {"delta_mu_t": 0.06}
@@ -55,8 +55,8 @@ class PatchOfSnow(Hypothesis):
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         """Return patches that change the resistance to gliding alone, and as many that change both."""
         cells = len(fitted.place_edges) - 1
-        edges, shaped = in_half_cells(fitted.place_edges, responses.reshape(len(responses), len(_BOTH), cells))
-        summed = np.concatenate([np.zeros((*shaped.shape[:2], 1)), np.cumsum(shaped, axis=2)], axis=2)
+        shaped = responses.reshape(len(responses), len(_BOTH), cells)
+        edges, summed = sums_by_half_cells(fitted.place_edges, shaped)
         spread = float(edges[-1] - edges[0]) / cells
         stretches = list(intervals(cells, 2, max(2, round(0.6 * cells))))
         candidates = []
