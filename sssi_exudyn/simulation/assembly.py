@@ -64,8 +64,11 @@ class Parts:
 
     @cached_property
     def mesh(self) -> BeamMesh:
-        points = CUTTING_POINTS if self.is_carved else CONTACTS
-        return mesh(self.model.ski, self.model.solver.elements, points, cutting=self.is_carved)
+        return self.mesh_with(CUTTING_POINTS if self.is_carved else CONTACTS)
+
+    def mesh_with(self, contacts: int) -> BeamMesh:
+        """Return the skis' mesh with so many contact points on each edge."""
+        return mesh(self.model.ski, self.model.solver.elements, contacts, cutting=self.is_carved)
 
     @property
     def is_carved(self) -> bool:

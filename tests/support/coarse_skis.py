@@ -29,5 +29,6 @@ def in_less_detail() -> Iterator[None]:
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("sssi_exudyn.simulation.assembly.mesh", coarse_mesh)
-        patch.setattr("sssi_exudyn.simulation.reduced.prepared.MODES", MODES)
+        for modes in ("MODES", "COARSE_MODES"):
+            patch.setattr(f"sssi_exudyn.simulation.reduced.prepared.{modes}", MODES)
         yield

@@ -8,6 +8,7 @@ import pytest
 from bundled import bundled
 from gliding import INCLINATION, model, standing
 
+from sssi_exudyn.bodies.ski.mesh import CONTACTS
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.term import TerrainTerm
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
@@ -18,7 +19,14 @@ from sssi_exudyn.model.faults import HeadingDrift, LeverArm
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.simulation.assembly import correct_motion
 from sssi_exudyn.simulation.full.run import simulate
-from sssi_exudyn.simulation.reduced.prepared import STEP, prepare
+from sssi_exudyn.simulation.reduced.prepared import (
+    COARSE_CONTACTS,
+    COARSE_MODES,
+    COARSE_STEP,
+    MODES,
+    STEP,
+    prepare,
+)
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
 
@@ -63,6 +71,22 @@ def test_faults_of_the_capture_are_the_same_on_tables_and_on_the_motion() -> Non
     on_tables = simulate_reduced(still, prepare(still, motion))
     on_motion = simulate_reduced(start, prepare(start, correct_motion(still, motion)))
     np.testing.assert_allclose(on_tables.antenna, on_motion.antenna, atol=1e-9)  # the same numbers by another way
+
+
+@pytest.mark.parametrize("name", ["beginner", "intermediate"])
+def test_skis_in_less_detail_go_the_same_way_at_coarse_steps(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    recording, motion = bundled(name)
+    start = model_of(recording, motion)
+    coarse = prepare(start, motion, stop=4.0, step=COARSE_STEP)
+    assert coarse.points.shape[0] == COARSE_CONTACTS
+    assert coarse.ski.frequency.shape == (COARSE_MODES,)
+    monkeypatch.setattr("sssi_exudyn.simulation.reduced.prepared.COARSE_CONTACTS", CONTACTS)
+    monkeypatch.setattr("sssi_exudyn.simulation.reduced.prepared.COARSE_MODES", MODES)
+    runs = [simulate_reduced(start, at) for at in (coarse, prepare(start, motion, stop=4.0, step=COARSE_STEP))]
+    apart = np.linalg.norm(runs[0].antenna - runs[1].antenna, axis=1)
+    assert apart.max() < 0.005  # m; the GPS is sure to 2 cm
+    loads = np.abs(runs[0].foot_load - runs[1].foot_load)[len(coarse.time) // 10 :]  # without the first vibrations
+    assert np.sqrt(np.mean(loads**2)) < 5.0  # N; insoles are sure to 10 N
 
 
 @pytest.mark.long
