@@ -65,14 +65,14 @@ class Balance:
 
     def residual(self, run: ReducedRun, prepared: Prepared) -> Array:
         """Return the moment (n, 3) N m that is left over, slope frame; ``run`` may carry a complex step."""
-        pull = np.gradient(run.pelvis_velocity, run.time.real, axis=0)
+        pull = np.gradient(run.pelvis_velocity, prepared.step, axis=0)
         feet, com = run.foot_position - run.pelvis[:, None], run.com - run.pelvis
-        felt = np.gradient(run.foot_velocity, run.time.real, axis=0) - prepared.gravity
+        felt = np.gradient(run.foot_velocity, prepared.step, axis=0) - prepared.gravity
         own, air, arms = self.own, self.air, self.arms
         if np.any(run.heading):
             turn = Turn.of(prepared.up, run.heading)
             matrices, swung = turn.matrices(), self.inertia * turn.rate[:, None]
-            own = own + np.gradient(self.inertia, run.time.real, axis=0) * turn.rate[:, None]
+            own = own + np.gradient(self.inertia, prepared.step, axis=0) * turn.rate[:, None]
             own = own + self.inertia * turn.acceleration[:, None]
             own = turned(matrices, own + cross(turn.spin(swung), self.momentum + swung))
             air, arms = turned(matrices, air), turned(matrices, arms)

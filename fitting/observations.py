@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Final, Protocol
 
 import numpy as np
@@ -82,10 +83,18 @@ def predict_fixes(model: Model, time: Array, antenna: Array, fixes: Array) -> Ar
         (at.real > time[-1], slice(-_END, None), -1),
     ):
         if np.any(outside):
-            course = np.linalg.pinv(np.vander(time[near] - time[end], 3)) @ level[near]
+            course = _parabola_of((time[near] - time[end]).tobytes()) @ level[near]
             # without a jump where the run ends
             seen[outside] = level[end] + np.vander(at[outside] - time[end], 3)[:, :2] @ course[:2]
     return seen + gps_offset(model.sensors, fixes)
+
+
+@lru_cache(maxsize=16)  # an estimate asks some thousand times for those of one run
+def _parabola_of(time: bytes) -> Array:
+    """Return (3, m) by which values at instants (m,) s, given by their bytes, give the parabola through them, the
+    square's coefficient first.
+    """
+    return np.asarray(np.linalg.pinv(np.vander(np.frombuffer(time), 3)))
 
 
 def _interpolate(at: Array, time: Array, values: Array) -> Array:
@@ -304,8 +313,10 @@ class Observation:
         """
         place = predict_fixes(model, time, antenna, self.times["x"])
         heights = place[: len(self.times["height"]), 2]
-        speed = np.gradient(antenna, time, axis=0) @ slope_to_level(model.inclination).T
-        moving = _interpolate(self.times["speed_x"] - model.start.clock_offset, time, speed[:, :2]).T
+        moving = np.zeros((2, 0))
+        if self.times["speed_x"].size:
+            speed = np.gradient(antenna, time, axis=0) @ slope_to_level(model.inclination).T
+            moving = _interpolate(self.times["speed_x"] - model.start.clock_offset, time, speed[:, :2]).T
         loads = insole_loads(model, time, sole, self.times["load"])
         return np.concatenate([*place[:, :2].T, heights, *moving, total_and_difference(loads)])
 
