@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
 
@@ -14,6 +14,7 @@ from sssi_exudyn.core.advance import Advance, silent
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting.evidence import Freedom, LinearModel
 from sssi_exudyn.fitting.linear_fit import Refit
+from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
@@ -82,15 +83,20 @@ def diagnose(
     problem = diagnosis_problem(recording, motion, model, progress, cache, hypotheses=hypotheses, thresholds=thresholds)
     problem, state, first = first_fit(problem.reporting(0.0, _FIRST_SHARE), full=full)
     problem, before = replace(problem, progress=progress), state.estimate
-    about, rounds, accepted = _search(Reestimate(problem, state, first), full=full)
+    about, rounds, accepted, ahead = _search(Reestimate(problem, state, first), full=full)
     if len(accepted) > 1:
         about, accepted = _confirm(about, first, rounds, accepted, full=full)
-    problem, state, base = replace(about.problem, progress=progress), about.state, about.fit
-    try:
-        after = last_estimate(problem.reporting(1.0 - _LAST_SHARE, 1.0), state, base, full=full)
-    except SimulationDiverged as error:
-        problem.progress(None, f"the last estimate is the search's: {error}")
-        after = state.estimate
+    about = replace(about, problem=replace(about.problem, progress=progress))
+    problem, state, base = about.problem, about.state, about.fit
+    if ahead is not None and ahead.about is base:
+        after = ahead.posterior
+    elif accepted or rounds[-1].judgement is not None:
+        after = _estimate_last(about.problem.reporting(1.0 - _LAST_SHARE, 1.0), about, full=full)
+    else:
+        rounds[-1], after = both(
+            partial(weigh_nothing, problem, state, rounds[-1]),
+            partial(_estimate_last, problem.reporting(1.0 - _LAST_SHARE, 1.0), about, full=full),
+        )
     before = before if accepted else after
     estimates = None if before is None or after is None else (before, after)
     (diagnosis, figures), result = both(  # on a core each
@@ -111,10 +117,31 @@ def diagnose(
     )
 
 
-def _search(about: Reestimate, *, full: bool) -> tuple[Reestimate, list[Round], list[Accepted]]:
-    """Compare hypotheses round by round, each about the estimate with what was found before, until nothing more is
-    missing: the last estimate, the rounds, and what was found.
+@dataclass(frozen=True)
+class _LastEstimate:
+    """The last estimate of a search that was expected to end, made while its finding was weighed.
+
+    about : the fit that it is of;  posterior : as of ``last_estimate``
     """
+
+    about: Refit
+    posterior: Posterior | None
+
+
+def _estimate_last(problem: DiagnosisProblem, about: Reestimate, *, full: bool) -> Posterior | None:
+    """Return the last estimate of a search, or that of its state where it cannot be simulated."""
+    try:
+        return last_estimate(problem, about.state, about.fit, full=full)
+    except SimulationDiverged as error:
+        problem.progress(None, f"the last estimate is the search's: {error}")
+        return about.state.estimate
+
+
+def _search(about: Reestimate, *, full: bool) -> tuple[Reestimate, list[Round], list[Accepted], _LastEstimate | None]:
+    """Compare hypotheses round by round, each about the estimate with what was found before, until nothing more is
+    missing: the search's last estimate, the rounds, what was found, and the last estimate of all where it was made.
+    """
+    ahead: _LastEstimate | None = None
     problem, state = about.problem, about.state
     thresholds = problem.thresholds
     rounds = [compare_hypotheses(problem.reporting(_FIRST_SHARE, _FIRST_COMPARED), state, about.fit)]
@@ -124,7 +151,7 @@ def _search(about: Reestimate, *, full: bool) -> tuple[Reestimate, list[Round], 
     while len(accepted) < thresholds.most_findings:
         problem, state, latest = about.problem, about.state, rounds[-1]
         allowed = thresholds.stands_out_again if accepted else thresholds.stands_out
-        if latest.nothing.probability > allowed or not isinstance(latest.best, Refitted):
+        if not _goes_on(latest, allowed):
             break
         begin, share = share, share + _ROUND * (1.0 - _LAST_SHARE - share)
         compared = begin + _RIVALS * (share - begin)
@@ -138,7 +165,12 @@ def _search(about: Reestimate, *, full: bool) -> tuple[Reestimate, list[Round], 
                 break
             form, following = pair or _next_round(report_comparison, latest, best, estimates[best.name], forms)
             by_fits = best.name
-            latest, best = weigh_finding(latest, best, estimates, following)
+            weigh = partial(weigh_finding, latest, best, estimates, following)
+            if _goes_on(following, thresholds.stands_out_again):
+                latest, best = weigh()
+            else:
+                weighed, ahead = both(weigh, partial(_estimate_ahead, estimates[best.name], full=full))
+                latest, best = weighed
             if latest.nothing.probability > allowed:
                 rounds[-1] = latest
                 break
@@ -153,9 +185,16 @@ def _search(about: Reestimate, *, full: bool) -> tuple[Reestimate, list[Round], 
         forms.append(form)
         about = chosen
         accepted.append(Accepted(latest, best, about.fit, linear_model(about.problem, about.state, about.fit)))
-    if not accepted and rounds[-1].judgement is None:
-        rounds[-1] = weigh_nothing(about.problem, about.state, rounds[-1])
-    return about, rounds, accepted
+    return about, rounds, accepted, ahead
+
+
+def _goes_on(latest: Round, allowed: float) -> bool:
+    """Return whether a search goes on after a round."""
+    return latest.nothing.probability <= allowed and isinstance(latest.best, Refitted)
+
+
+def _estimate_ahead(about: Reestimate, *, full: bool) -> _LastEstimate:
+    return _LastEstimate(about.fit, _estimate_last(replace(about.problem, progress=silent), about, full=full))
 
 
 def _confirm(
