@@ -34,6 +34,7 @@ from sssi_exudyn.validation.diagnosis.search.explanation import (
     Round,
     Screened,
 )
+from sssi_exudyn.validation.diagnosis.search.form_error import count_form_error
 from sssi_exudyn.validation.diagnosis.search.free_form_force import weigh_free_form
 from sssi_exudyn.validation.diagnosis.state import Reestimate, State, estimate_again, linear_model
 
@@ -52,7 +53,8 @@ class Estimator(Protocol):
 def estimate_with(
     problem: DiagnosisProblem, state: State, latest: Round, explanation: Nothing | Refitted, *, full: bool
 ) -> tuple[Nothing | Refitted, Reestimate]:
-    """Estimate all that is uncertain again with an explanation of the round, and weigh it by the evidence about that.
+    """Estimate all that is uncertain again with an explanation of the round, and weigh it by the evidence about that; a
+    law with all that its form may be wrong by.
 
     Raises SimulationDiverged where it cannot be simulated.
     """
@@ -60,7 +62,8 @@ def estimate_with(
     problem.progress(None, f"posture and snow surface with {added}")
     start = replace(state, levels=explanation.levels)
     about = Reestimate(*estimate_again(problem, start, explanation.fit, full=full))
-    return weigh_about(about, latest.base, explanation), about
+    weighed = weigh_about(about, latest.base, explanation)
+    return (count_form_error(latest, weighed, about) if isinstance(weighed, Refitted) else weighed), about
 
 
 def estimate_rivals(

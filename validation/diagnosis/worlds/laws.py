@@ -11,14 +11,11 @@ import numpy as np
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Kind
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis
+from sssi_exudyn.validation.diagnosis.search.form_error import MEMORIES, MOST_WRONG
 from sssi_exudyn.validation.diagnosis.worlds.family import WorldFamily
 from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry, is_possible
 from sssi_exudyn.validation.diagnosis.worlds.profiles import gaussian_process, log_uniform
 
-_FORM: Final = 0.4
-"""Share of its force by which a law's form is wrong at most, standard deviation: ramps of gusts, edges of patches."""
-_MEMORIES: Final = (0.3, 6.0)
-"""s for which that error stays the same."""
 _SIZES: Final = (0.4, 4.0)
 """Usual sizes of an effect in worlds; the hypotheses' evidence has 0.5 to 2, each times a normal number."""
 _TRIALS: Final = 50
@@ -53,7 +50,7 @@ class LawWorlds(WorldFamily):
         moved = np.asarray(candidate.free.columns @ amplitudes)
         if self.kind == "sensor":
             return moved
-        share = rng.uniform(0.0, _FORM) * gaussian_process(rng, geometry.middles, log_uniform(rng, *_MEMORIES))
+        share = rng.uniform(0.0, MOST_WRONG) * gaussian_process(rng, geometry.middles, log_uniform(rng, *MEMORIES))
         return geometry.bent(moved, share)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -16,7 +17,8 @@ from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import responses_of
 from sssi_exudyn.validation.diagnosis.search.explanation import Refitted, Round
-from sssi_exudyn.validation.diagnosis.search.form_error import form_of
+from sssi_exudyn.validation.diagnosis.search.form_error import count_form_error, form_gain, form_of
+from sssi_exudyn.validation.diagnosis.state import Reestimate
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
 PUSH = 120.0
@@ -102,3 +104,25 @@ def test_what_a_wrong_form_leaves_is_no_finding_and_another_force_is(latest: Rou
 def test_a_fault_of_an_instrument_has_no_form(latest: Round) -> None:
     assert BY_NAME["gps_delay"].kind == "sensor"
     assert form_of(latest, finding(latest, "gps_delay", 3, 6)).columns.shape[1] == 0
+
+
+def test_a_law_counts_with_what_its_form_may_be_wrong_by(latest: Round) -> None:
+    begin = (len(latest.fitted.time_edges) - 1) // 3
+    law = finding(latest, "gust", begin, begin + 3)
+    acting = latest.responses[LATENT_FORCE.name][:, begin : begin + 3]
+
+    def gain(law: Refitted, swelling: float) -> float:
+        """What averaging over forms gains where the push grew from less to more by that share of itself."""
+        true = PUSH * (1.0 + swelling * np.array([-1.0, 0.0, 1.0]))
+        law_alone = latest.linear.free.with_more(law.fit.sensitivity, np.full(3, 80.0))
+        linear = replace(latest.linear, residual=acting @ true, free=law_alone)
+        return form_gain(latest, law, linear, law.fit)
+
+    # of a form that is right some lose by their room, and the exact one has a quarter of the weight: log 4 at most
+    assert -np.log(4.0) < gain(law, 0.0) < 0.3
+    assert gain(law, 0.4) > 5.0
+
+
+def test_an_instrument_counts_as_it_was(latest: Round) -> None:
+    fault = finding(latest, "gps_delay", 3, 6)
+    assert count_form_error(latest, fault, cast(Reestimate, None)) is fault  # whatever the estimate is
