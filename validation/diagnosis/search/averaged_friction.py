@@ -41,7 +41,7 @@ def averaged_friction(
             for probability, moved in moves:
                 shift, ratio = moved[name]
                 parts.append((likely * probability, middle + shift, sigma * ratio))
-            likely *= chosen.probability * (1.0 - chosen.share_of_free_form)
+            likely *= chosen.probability * (1.0 - chosen.share_of_other_form)
         parts += [(likely / (len(usual) + 1), middle + shift[name], sigma) for shift in [*usual, {name: 0.0}]]
         weights, means, sigmas = np.array(parts).T
         mixture = Mixture(weights / np.sum(weights), means, sigmas)
@@ -77,11 +77,11 @@ def _other_explanations(
     for explanation in searched.explanations:
         if explanation.probability < searched.fitted.thresholds.negligible:
             continue
-        if isinstance(explanation, Screened) and explanation.free_form is not None:
-            add(explanation.probability * explanation.free_form.share, explanation.free_form.values, by_fit)
+        if isinstance(explanation, Screened) and explanation.other_form is not None:
+            add(explanation.probability * explanation.other_form.share, explanation.other_form.values, by_fit)
         if explanation is chosen:
             continue
-        in_its_form = explanation.probability * (1.0 - explanation.share_of_free_form)
+        in_its_form = explanation.probability * (1.0 - explanation.share_of_other_form)
         if isinstance(explanation, Nothing | Refitted):
             add(in_its_form, _fitted(explanation.fit), by_fit)
         else:

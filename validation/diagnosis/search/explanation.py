@@ -41,14 +41,14 @@ class Nothing:
     by_fits: float | None = None
 
     name: ClassVar[str] = NOTHING_MISSING
-    share_of_free_form: ClassVar[float] = 0.0
+    share_of_other_form: ClassVar[float] = 0.0
 
 
 @dataclass(frozen=True)
-class FreeForm:
-    """A force of any form in the place of a law.
+class OtherForm:
+    """Another form of an explanation: a force of any form in the place of a law, or a law whose form is wrong.
 
-    share : of the explanation's probability that the free form holds
+    share : of the explanation's probability that this form holds
     values : of the fit's numbers with it
     free : how the force may vary, before the data speak
     """
@@ -71,7 +71,8 @@ class Screened:
     log_place : what searching all places adds to the log evidence of the best one, below 0
     log_natural : of what shapes the snow: density of its size were it the slope's own, over that were it not
     elsewhere : candidates of the same amplitudes at other times, where a fit may end better
-    free_form : of a hypothesis without a law, once its force of any form was weighed in the place of a law
+    other_form : of a hypothesis without a law, once its force of any form was weighed in the place of a law; of a law,
+        once it was weighed with what its form may be wrong by
     """
 
     hypothesis: Hypothesis
@@ -84,7 +85,7 @@ class Screened:
     log_place: float = 0.0
     log_natural: float = -np.inf
     elsewhere: tuple[Candidate, ...] = ()
-    free_form: FreeForm | None = None
+    other_form: OtherForm | None = None
 
     @property
     def name(self) -> str:
@@ -97,9 +98,9 @@ class Screened:
         return not isinstance(self.hypothesis, FreeFormForce)
 
     @property
-    def share_of_free_form(self) -> float:
-        """Share of the probability that the free form holds; the rest is the candidate's."""
-        return 0.0 if self.free_form is None else self.free_form.share
+    def share_of_other_form(self) -> float:
+        """Share of the probability that the other form holds; the rest is the candidate's."""
+        return 0.0 if self.other_form is None else self.other_form.share
 
     def with_fit(self, fit: Refit) -> Refitted:
         """Return the same with a fit of its real term or fault."""

@@ -24,10 +24,10 @@ from scipy.ndimage import maximum_filter1d
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import Freedom, LinearModel, best_levels, log_evidence, whiten_columns
-from sssi_exudyn.fitting.linear_fit import Refit
+from sssi_exudyn.fitting.linear_fit import Refit, linear_values
 from sssi_exudyn.fitting.noise import NoiseLevels, log_prior
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE
-from sssi_exudyn.validation.diagnosis.search.explanation import Refitted, Round
+from sssi_exudyn.validation.diagnosis.search.explanation import OtherForm, Refitted, Round
 from sssi_exudyn.validation.diagnosis.search.missing_force import latent_covariance
 from sssi_exudyn.validation.diagnosis.state import Reestimate, linear_model
 from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
@@ -53,8 +53,8 @@ def form_of(latest: Round, finding: Refitted) -> Freedom:
     A fault of an instrument is no force, and has none; a force that is more probably of any form than for a while has
     that.
     """
-    if finding.free_form is not None and finding.free_form.share > 0.5:
-        return finding.free_form.free
+    if not finding.has_law and finding.other_form is not None and finding.other_form.share > 0.5:
+        return finding.other_form.free
     by_force = latest.responses[LATENT_FORCE.name]
     if finding.hypothesis.kind == "sensor":
         return Freedom(np.zeros((len(by_force), 0)), np.zeros(0))
@@ -75,12 +75,13 @@ def count_form_error(latest: Round, law: Refitted, about: Reestimate) -> Refitte
     """
     if law.hypothesis.kind != "physics" or not np.isfinite(law.log_evidence):
         return law
-    linear = linear_model(about.problem, about.state, about.fit)
-    return replace(law, log_evidence=law.log_evidence + form_gain(latest, law, linear, about.fit))
+    gain, form = wrong_form(latest, law, linear_model(about.problem, about.state, about.fit), about.fit)
+    return replace(law, log_evidence=law.log_evidence + gain, other_form=form)
 
 
-def form_gain(latest: Round, law: Refitted, linear: LinearModel, fit: Refit) -> float:
-    """Return by how much the log evidence of a law grows that is averaged over what its form may be wrong by.
+def wrong_form(latest: Round, law: Refitted, linear: LinearModel, fit: Refit) -> tuple[float, OtherForm]:
+    """Return by how much the log evidence of a law grows that is averaged over what its form may be wrong by, and what
+    the fit's numbers are with the most probable error.
 
     linear, fit : the run linearised about the law's estimate, and its fit there
     """
@@ -96,11 +97,19 @@ def form_gain(latest: Round, law: Refitted, linear: LinearModel, fit: Refit) -> 
         forms.append(Freedom(by_force @ changes, np.full(changes.shape[1], share * MOST_WRONG)))
         gains.append(log_evidence(linear, law.levels, forms[-1]) - exact)
         weights.append(weight / len(_TRIED_MEMORIES))
-    best = int(np.argmax(gains))
+    best, levels = 1 + int(np.argmax(gains[1:])), law.levels
+    form = forms[best - 1]
     if gains[best] > _WORTHWHILE:  # what the exact form leaves over is then no noise
-        _, calmer = best_levels(linear, law.levels, forms[best - 1])
-        gains[best] = max(gains[best], calmer - log_prior(linear.measurements.usual, law.levels) - exact)
-    return float(np.logaddexp.reduce(np.log(weights) + gains))
+        calmer, value = best_levels(linear, levels, form)
+        more = value - log_prior(linear.measurements.usual, levels) - exact
+        if more > gains[best]:
+            gains[best], levels = more, calmer
+    parts = np.log(weights) + gains
+    gain = float(np.logaddexp.reduce(parts))
+    first = linear.free.columns.shape[1] - len(fit.parameters)
+    bent = replace(linear, free=linear.free.with_more(form.columns, form.scales))
+    values = linear_values(bent, levels, fit.parameters, first)
+    return gain, OtherForm(1.0 - float(np.exp(parts[0] - gain)), values, form)
 
 
 def _modes(edges: Array, memory: float) -> Array:

@@ -33,7 +33,7 @@ from sssi_exudyn.fitting.linear_fit import linear_values, with_parameters
 from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, FreeFormForce, responses_of
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import without_law
-from sssi_exudyn.validation.diagnosis.search.explanation import FreeForm, Refitted, Round
+from sssi_exudyn.validation.diagnosis.search.explanation import OtherForm, Refitted, Round
 from sssi_exudyn.validation.diagnosis.search.missing_force import (
     DIRECTIONS,
     along_course,
@@ -98,7 +98,7 @@ def force_of_any_form(linear: LinearModel, levels: NoiseLevels, fitted: FittedRu
 
 def weigh_free_form(
     hypothesis: FreeFormForce, about: Reestimate, latest: Round, law: Refitted, *, full: bool
-) -> tuple[float, FreeForm]:
+) -> tuple[float, OtherForm]:
     """Return the log evidence of a force of any form in the place of the ``law``, and its numbers.
 
     about : the estimate with the law;  latest : the round in which both are compared
@@ -123,7 +123,7 @@ def weigh_free_form(
         problem.progress(None, f"a force of any form is as it was found last: {error}")
     linear = replace(linear, free=linear.free.with_more(known.free.columns, known.free.scales))
     first = len(linear.free.scales) - len(known.free.scales) - len(parameters)
-    return known.log_evidence, FreeForm(1.0, linear_values(linear, levels, parameters, first), known.free)
+    return known.log_evidence, OtherForm(1.0, linear_values(linear, levels, parameters, first), known.free)
 
 
 def _find_again(

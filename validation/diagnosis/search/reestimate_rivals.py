@@ -28,8 +28,8 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FreeFormForce
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import evidence_by_size, weigh_refit
 from sssi_exudyn.validation.diagnosis.search.explanation import (
     Explanation,
-    FreeForm,
     Nothing,
+    OtherForm,
     Refitted,
     Round,
     Screened,
@@ -110,7 +110,7 @@ def estimate_rivals(
         add(made)
     explanations = _with_estimates(latest, rivals, weighed)
     law = best_law(explanations, estimates)
-    free_forms: dict[str, tuple[float, FreeForm]] = {}
+    free_forms: dict[str, tuple[float, OtherForm]] = {}
     forces = [one for one in problem.hypotheses if isinstance(one, FreeFormForce) and one.name in latest.responses]
     ends = np.linspace(_ESTIMATED, 1.0, len(forces) + 1).tolist()
     for force, part in zip(forces, itertools.pairwise(ends), strict=True):
@@ -183,7 +183,7 @@ def _with_estimates(
 
 
 def _in_free_form(
-    explanations: Sequence[Explanation], weighed: Mapping[str, tuple[float, FreeForm]]
+    explanations: Sequence[Explanation], weighed: Mapping[str, tuple[float, OtherForm]]
 ) -> list[Explanation]:
     """Return the explanations, where those without a law may also take the free form that was ``weighed``.
 
@@ -195,7 +195,7 @@ def _in_free_form(
             free_evidence, form = weighed[explanation.name]
             evidence = float(np.logaddexp(explanation.log_evidence, free_evidence))
             share = float(np.exp(free_evidence - evidence))
-            both[i] = replace(explanation, log_evidence=evidence, free_form=replace(form, share=share))
+            both[i] = replace(explanation, log_evidence=evidence, other_form=replace(form, share=share))
     return both
 
 

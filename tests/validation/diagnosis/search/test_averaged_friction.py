@@ -16,7 +16,7 @@ from sssi_exudyn.fitting.evidence import Freedom, whiten_columns
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.validation.diagnosis.search.averaged_friction import averaged_friction
-from sssi_exudyn.validation.diagnosis.search.explanation import Explanation, Round
+from sssi_exudyn.validation.diagnosis.search.explanation import Explanation, OtherForm, Round
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
 INTERVAL_90 = THRESHOLDS.interval_90
@@ -178,3 +178,17 @@ def test_what_is_not_refitted_moves_friction_as_the_linear_model_has_it() -> Non
         INTERVAL_90 / HALF * 0.002 * np.array([wider / sigma, 1.0]),
     )
     assert friction["mu_t"].high == pytest.approx(expected.quantile(0.95), rel=1e-4)  # 1.6449 for the quantile
+
+
+def test_a_finding_whose_form_is_wrong_moves_friction_by_as_much_as_that_is_probable() -> None:
+    final: Any = Fit(0.06, 0.55, 0.002)
+    wrong = {NumberRef("friction.mu_t"): (0.08, 0.004), NumberRef("friction.mu_n"): (0.55, 0.002)}
+    gust = replace(
+        explanation("gust", 1.0, final), other_form=OtherForm(0.25, wrong, Freedom(np.zeros((0, 0)), np.zeros(0)))
+    )
+    last = of_round(explanation("nothing", 1.0, final))
+    friction = averaged_friction(last, [(of_round(gust), gust)], final)
+    assert friction["mu_t"].value == pytest.approx(0.75 * 0.06 + 0.25 * 0.08)
+    # of what is above, a fifth of the fourth part is 5 %
+    assert friction["mu_t"].high == pytest.approx(0.08 + norm.ppf(0.8) * THRESHOLDS.spread * 0.004, abs=1e-4)
+    assert friction["mu_n"].value == pytest.approx(0.55)

@@ -17,7 +17,7 @@ from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import responses_of
 from sssi_exudyn.validation.diagnosis.search.explanation import Refitted, Round
-from sssi_exudyn.validation.diagnosis.search.form_error import count_form_error, form_gain, form_of
+from sssi_exudyn.validation.diagnosis.search.form_error import count_form_error, form_of, wrong_form
 from sssi_exudyn.validation.diagnosis.state import Reestimate
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 
@@ -116,7 +116,7 @@ def test_a_law_counts_with_what_its_form_may_be_wrong_by(latest: Round) -> None:
         true = PUSH * (1.0 + swelling * np.array([-1.0, 0.0, 1.0]))
         law_alone = latest.linear.free.with_more(law.fit.sensitivity, np.full(3, 80.0))
         linear = replace(latest.linear, residual=acting @ true, free=law_alone)
-        return form_gain(latest, law, linear, law.fit)
+        return wrong_form(latest, law, linear, law.fit)[0]
 
     # of a form that is right some lose by their room, and the exact one has a quarter of the weight: log 4 at most
     assert -np.log(4.0) < gain(law, 0.0) < 0.3
