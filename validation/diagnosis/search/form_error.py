@@ -69,11 +69,13 @@ def _moved_by(finding: Refitted, fit: Refit) -> Array:
 
 
 def count_form_error(latest: Round, law: Refitted, about: Reestimate) -> Refitted:
-    """Return a law with its log evidence averaged over what its form may be wrong by; only physics has such errors.
+    """Return a law with its log evidence averaged over what its form may be wrong by; only physics has such errors, and
+    where no force of any form is asked for, none count.
 
     latest : the round in which it is compared;  about : the estimate with the law, by which it was weighed
     """
-    if law.hypothesis.kind != "physics" or not np.isfinite(law.log_evidence):
+    has_errors = law.hypothesis.kind == "physics" and LATENT_FORCE.name in latest.responses
+    if not has_errors or not np.isfinite(law.log_evidence):
         return law
     gain, form = wrong_form(latest, law, linear_model(about.problem, about.state, about.fit), about.fit)
     return replace(law, log_evidence=law.log_evidence + gain, other_form=form)
