@@ -16,7 +16,6 @@ of no known cause.
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import product
 from typing import Final
 
 import numpy as np
@@ -28,7 +27,7 @@ from sssi_exudyn.fitting.linear_fit import Refit, linear_values
 from sssi_exudyn.fitting.noise import NoiseLevels, log_prior
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.search.explanation import OtherForm, Refitted, Round
-from sssi_exudyn.validation.diagnosis.search.missing_force import latent_covariance
+from sssi_exudyn.validation.diagnosis.search.missing_force import gain_of, latent_covariance
 from sssi_exudyn.validation.diagnosis.state import Reestimate, linear_model
 from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
 
@@ -94,11 +93,15 @@ def wrong_form(latest: Round, law: Refitted, linear: LinearModel, fit: Refit) ->
     exact = log_evidence(linear, law.levels)
     forms: list[Freedom] = []
     gains, weights = [0.0], [1.0 - sum(_SHARES.values())]
-    for (share, weight), memory in product(_SHARES.items(), _TRIED_MEMORIES):
-        changes = np.einsum("dc,cm->dcm", force, _modes(edges, memory)).reshape(force.size, -1)
-        forms.append(Freedom(by_force @ changes, np.full(changes.shape[1], share * MOST_WRONG)))
-        gains.append(log_evidence(linear, law.levels, forms[-1]) - exact)
-        weights.append(weight / len(_TRIED_MEMORIES))
+    for memory in _TRIED_MEMORIES:
+        modes = share_modes(0.5 * (edges[1:] + edges[:-1]), memory)
+        parts = np.cumsum(np.sum(modes**2, axis=0)) / len(modes)
+        modes = modes[:, : int(np.searchsorted(parts, _SEEN)) + 1]
+        columns = by_force @ np.einsum("dc,cm->dcm", force, modes).reshape(force.size, -1)
+        for share, weight in _SHARES.items():
+            forms.append(Freedom(columns, np.full(columns.shape[1], share * MOST_WRONG)))
+            gains.append(log_evidence(linear, law.levels, forms[-1]) - exact)
+            weights.append(weight / len(_TRIED_MEMORIES))
     best, levels = 1 + int(np.argmax(gains[1:])), law.levels
     form = forms[best - 1]
     if gains[best] > _WORTHWHILE:  # what the exact form leaves over is then no noise
@@ -106,21 +109,21 @@ def wrong_form(latest: Round, law: Refitted, linear: LinearModel, fit: Refit) ->
         more = value - log_prior(linear.measurements.usual, levels) - exact
         if more > gains[best]:
             gains[best], levels = more, calmer
-    parts = np.log(weights) + gains
-    gain = float(np.logaddexp.reduce(parts))
+    evidence = np.log(weights) + gains
+    gain = float(np.logaddexp.reduce(evidence))
     first = linear.free.columns.shape[1] - len(fit.parameters)
     bent = replace(linear, free=linear.free.with_more(form.columns, form.scales))
     values = linear_values(bent, levels, fit.parameters, first)
-    return gain, OtherForm(1.0 - float(np.exp(parts[0] - gain)), values, form)
+    return gain, OtherForm(1.0 - float(np.exp(evidence[0] - gain)), values, form)
 
 
-def _modes(edges: Array, memory: float) -> Array:
-    """Return (c, m) the largest modes of a share that changes within ``memory`` (s), of variance one in each cell."""
-    middles = 0.5 * (edges[1:] + edges[:-1])
+def share_modes(middles: Array, memory: float) -> Array:
+    """Return (c, c) the modes of a share of variance one that changes within ``memory`` (s), the largest first.
+
+    middles : (c,) s of the cells
+    """
     variances, axes = np.linalg.eigh(np.exp(-np.abs(middles[:, None] - middles) / memory))
-    parts = np.cumsum(variances[::-1]) / np.sum(variances)
-    count = int(np.searchsorted(parts, _SEEN)) + 1
-    return np.asarray((axes * np.sqrt(np.maximum(variances, 0.0)))[:, ::-1][:, :count])
+    return np.asarray((axes * np.sqrt(np.maximum(variances, 0.0)))[:, ::-1])
 
 
 def form_error(
@@ -144,4 +147,4 @@ def _force_like(
     prior = latent_covariance(edges, *thresholds.following_force, held=thresholds.cell)
     white = whiten_columns(linear, levels, np.column_stack([moved, by_force]))
     gram, pull = white[:, 1:].T @ white[:, 1:], white[:, 1:].T @ white[:, 0]
-    return np.asarray(np.linalg.solve(np.eye(len(prior)) + prior @ gram, prior @ pull))
+    return gain_of(prior, gram, pull)[0] @ pull

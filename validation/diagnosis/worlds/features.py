@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import Information, Uncertain, usual_columns, whiten_columns
+from sssi_exudyn.validation.diagnosis.search.form_error import share_modes
 from sssi_exudyn.validation.diagnosis.search.missing_force import DIRECTIONS, latent_covariance
 from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
 from sssi_exudyn.validation.diagnosis.worlds.geometry import Geometry
@@ -242,9 +243,7 @@ def _bent(
     noise ``columns``, with errors of its form.
     """
     count, exact = len(law.limits), moved.shape[1]
-    apart = np.abs(geometry.middles[:, None] - geometry.middles)
-    variances, axes = np.linalg.eigh(np.exp(-apart / _FORM_MEMORY))
-    modes = (axes * np.sqrt(variances))[:, : -_FORM_MODES - 1 : -1]
+    modes = share_modes(geometry.middles, _FORM_MEMORY)[:, :_FORM_MODES]
     force = (geometry.following @ moved).reshape(*geometry.shape, -1)
     changes = np.einsum("dca,cm->dcam", force, modes).reshape(by_body.shape[1], exact, -1)
     limits = np.full((exact, 1 + modes.shape[1], 2), [-np.inf, np.inf])
