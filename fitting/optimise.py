@@ -30,6 +30,16 @@ _TRIED: Final = 6
 """Evaluations of a search before it gives up: most end within them, and what the first promise is far off."""
 
 
+_STRAIGHT: Final = 0.8
+"""Share of what Gauss-Newton's form promises of a step with which that form is taken for the next."""
+_NEAR: Final = 3.0
+"""Standard deviations of a step at whose end gradients show the curvature there."""
+_BEYOND: Final = 2.0
+"""Times Gauss-Newton's curvature that is added to it in a direction at most: along bent valleys a secant shows hundreds
+of times as much, with which a search creeps.
+"""
+
+
 @dataclass(frozen=True)
 class Optimum:
     """Where the search ended: parameters (k,), the objective there, evaluations used, whether and why it converged."""
@@ -143,10 +153,13 @@ def minimise_squares(
 ) -> Optimum:
     """Minimise as ``minimise`` does, where ``function`` gives the Gauss-Newton curvature too.  SLSQP begins again, with
     the curvature there, from every point that is better than the one before, until a whole step would gain less than
-    the tolerance.  It gives up where a whole step, after ``_TRIED`` evaluations, promises no value below ``worth``.
+    the tolerance.  It gives up where a step of Gauss-Newton, after ``_TRIED`` evaluations, promises no value below
+    ``worth``.
 
     Far from the optimum curvatures differ so much from place to place that what SLSQP learns of them on its way
-    misleads it.
+    misleads it.  Where a step gains less than Gauss-Newton's form promises, the next takes what its curvature lacks from
+    the gradients: as long as a cause is missing much is left over, the curvature is several times as much, and every
+    step would go too far.
     """
     known: dict[bytes, tuple[float, Array, Array]] = {}
 
@@ -157,12 +170,14 @@ def minimise_squares(
         return known[key]
 
     values = np.asarray(start, dtype=np.float64)
+    beyond, bent = np.zeros((len(values), len(values))), False
     while True:
-        least, slope, curvature = at(values)
+        least, slope, squares = at(values)
+        curvature = squares + _bounded(beyond, squares) if bent else squares
         promised = 0.5 * slope @ np.linalg.solve(curvature, slope)
         if promised < objective_tolerance:
             return Optimum(values, least, len(known), True, _REASONS[nlopt.FTOL_REACHED])
-        if len(known) >= _TRIED and least - promised > worth:
+        if len(known) >= _TRIED and least - 0.5 * slope @ np.linalg.solve(squares, slope) > worth:
             return Optimum(values, least, len(known), False, "stopped: it promises too little")
         optimum = minimise(
             lambda x: at(x)[:2],
@@ -173,8 +188,43 @@ def minimise_squares(
             enough=float(np.nextafter(least, -np.inf)),
             most=1 + most - len(known),
         )
-        gain, values = least - optimum.objective, optimum.values
+        gain, before = least - optimum.objective, values
+        values = optimum.values
         if 0.0 < gain < objective_tolerance:
             optimum = replace(optimum, converged=True, reason=_REASONS[nlopt.FTOL_REACHED])
         if gain < objective_tolerance or len(known) >= most:
             return replace(optimum, evaluations=len(known))
+        _, after, there = at(values)
+        step = values - before
+        straight = -float(slope @ step + 0.5 * step @ squares @ step)
+        bent = gain < _STRAIGHT * straight and step @ squares @ step < _NEAR**2
+        beyond = _learned(beyond, step, after - slope, there)
+
+
+def _learned(beyond: Array, step: Array, change: Array, squares: Array) -> Array:
+    """Return what the curvature has beyond Gauss-Newton's ``squares`` (k, k) at the end of a ``step`` (k,) over which
+    the gradient changed by ``change`` (k,), so that the whole gives that change; ``beyond`` is what was known of it.
+
+    Source: Dennis, Gay and Welsch, ACM Trans. Math. Softw. 7 (1981) 348 (NL2SOL), with its sizing.
+    """
+    along = float(change @ step)
+    if along <= 0.0:
+        return beyond
+    shown = change - squares @ step
+    known = float(step @ beyond @ step)
+    if known != 0.0:
+        beyond = min(1.0, abs(float(step @ shown) / known)) * beyond
+    rest = shown - beyond @ step
+    both = np.outer(rest, change)
+    return np.asarray(beyond + (both + both.T) / along - float(rest @ step) * np.outer(change, change) / along**2)
+
+
+def _bounded(beyond: Array, squares: Array) -> Array:
+    """Return what of ``beyond`` (k, k) adds up to ``_BEYOND`` times the curvature ``squares`` to it in any direction,
+    and takes nothing from it.
+    """
+    lower = np.linalg.cholesky(squares)
+    half = np.linalg.solve(lower, beyond)
+    sizes, axes = np.linalg.eigh(np.linalg.solve(lower, half.T))
+    back = lower @ axes
+    return np.asarray(back * np.clip(sizes, 0.0, _BEYOND) @ back.T)
