@@ -157,9 +157,9 @@ def minimise_squares(
     ``worth``.
 
     Far from the optimum curvatures differ so much from place to place that what SLSQP learns of them on its way
-    misleads it.  Where a step gains less than Gauss-Newton's form promises, the next takes what its curvature lacks from
-    the gradients: as long as a cause is missing much is left over, the curvature is several times as much, and every
-    step would go too far.
+    misleads it.  Where a step gains less than Gauss-Newton's form promises, the next one takes what its curvature lacks
+    from the gradients.  As long as a cause is missing much is left over; the curvature is then several times as much,
+    and every step would go too far.
     """
     known: dict[bytes, tuple[float, Array, Array]] = {}
 
