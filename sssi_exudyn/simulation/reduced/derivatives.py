@@ -302,7 +302,7 @@ def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[
     run = reduced_run(at, series, done)
     back = np.argsort(np.array(order, dtype=np.intp))
     slopes_by_field = run_slopes(at, ordered, slopes, table_slopes(at, ordered, "foot_rotation")[..., 0, :])
-    return run, {name: array[..., back] for name, array in slopes_by_field.items()}
+    return run, {name: np.take(array, back, axis=-1) for name, array in slopes_by_field.items()}
 
 
 def _start_tangents(
