@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Final
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import LinearModel
@@ -26,6 +27,9 @@ from sssi_exudyn.validation.diagnosis.state import Reestimate, State, fitted_run
 from sssi_exudyn.validation.diagnosis.worlds.catalogue import NOT_IN_THE_LIST, TWO_AT_ONCE
 from sssi_exudyn.validation.diagnosis.worlds.geometry import geometry_of
 from sssi_exudyn.validation.diagnosis.worlds.judge import judge, train
+
+_BY_FITS: Final = 0.5
+"""Share of a probability that the fits have."""
 
 
 def weigh_nothing(problem: DiagnosisProblem, state: State, latest: Round) -> Round:
@@ -57,14 +61,16 @@ def weigh_finding(
 def weigh_by_both(latest: Round, judgement: Judgement) -> Round:
     """Return the round with the probabilities of its explanations by the fits and by simulated runs.
 
-    That two things are hidden speaks for each law, as one of them.  Where the recording is unlike all simulated runs
-    the fits alone count.
+    That two things are hidden speaks for each law, as one of them.  A recording that is unlike all simulated runs may
+    have a cause that no list has: the names that fits give then are wrong more often than they say.
     """
     fits = {explanation.name: explanation.probability for explanation in latest.explanations}
-    if judgement.outside < latest.fitted.thresholds.world_outside:
-        shares = fits
-    else:
-        shares = {name: 0.5 * (fits[name] + share) for name, share in _by_explanation(latest, judgement).items()}
+    thresholds = latest.fitted.thresholds
+    by_fits, said = _BY_FITS, judgement.probabilities
+    if judgement.outside < thresholds.world_outside:
+        by_fits, said = thresholds.named_outside, {NOT_IN_THE_LIST: 1.0}
+    by_runs = _by_explanation(latest, said)
+    shares = {name: by_fits * fit + (1.0 - by_fits) * by_runs[name] for name, fit in fits.items()}
     weighed: list[Explanation] = [
         replace(one, probability=shares[one.name], by_fits=fits[one.name]) for one in latest.explanations
     ]
@@ -72,12 +78,11 @@ def weigh_by_both(latest: Round, judgement: Judgement) -> Round:
     return replace(latest, explanations=tuple(weighed), judgement=judgement)
 
 
-def _by_explanation(latest: Round, judgement: Judgement) -> dict[str, float]:
-    """Return the probability of each explanation by simulated runs: what is in no list is shared by the explanations
-    without a cause, and two things at once by the laws, as the fits have them.  What no fit was tried with is left
-    out.
+def _by_explanation(latest: Round, said: Mapping[str, float]) -> dict[str, float]:
+    """Return the probability of each explanation by what is ``said`` of simulated runs: what is in no list is shared by
+    the explanations without a cause, and two things at once by the laws, as the fits have them.  What no fit was tried
+    with is left out; where nothing remains the fits have all of it.
     """
-    said = judgement.probabilities
     causes = [one for one in latest.hypotheses if one.hypothesis.kind != "unexplained"]
     others = [one for one in latest.hypotheses if one.hypothesis.kind == "unexplained"]
     by_name = {Nothing.name: said.get(NOTHING_MISSING, 0.0)}
@@ -87,6 +92,8 @@ def _by_explanation(latest: Round, judgement: Judgement) -> dict[str, float]:
             share = one.probability / total if total > 0.0 else 1.0 / len(group)
             by_name[one.name] = said.get(one.name, 0.0) + share * said.get(shared, 0.0)
     total = sum(by_name.values())
+    if total == 0.0:
+        return {explanation.name: explanation.probability for explanation in latest.explanations}
     return {name: probability / total for name, probability in by_name.items()}
 
 

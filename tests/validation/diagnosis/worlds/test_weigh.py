@@ -64,10 +64,28 @@ def test_a_cause_that_was_not_tried_leaves_its_share_to_the_others() -> None:
     assert sum(weighed.values()) == pytest.approx(1.0)
 
 
-def test_simulated_runs_that_are_all_unlike_say_nothing() -> None:
+def test_a_recording_unlike_all_simulated_runs_may_have_a_cause_that_is_in_no_list() -> None:
     weighed = weigh_by_both(a_round(), judged(0.001, snow_patch=1.0))
-    assert probabilities(weighed) == BY_FITS
+    trusted = THRESHOLDS.named_outside
+    fits = {name: trusted * probability for name, probability in BY_FITS.items()}
+    fits["unexplained_force"] += (1.0 - trusted) * 0.75  # as the fits share it
+    fits["unexplained_drag"] += (1.0 - trusted) * 0.25
+    assert probabilities(weighed) == pytest.approx(fits)
     assert weighed.judgement is not None  # that they are unlike is said
+
+
+def test_no_name_is_sure_of_a_recording_unlike_all_simulated_runs() -> None:
+    by_fits = {"gust": 1.0, "unexplained_force": 0.0, NOTHING_MISSING: 0.0}
+    searched = round_of(*(explained(name, probability=p, fit=FIT) for name, p in by_fits.items()))
+    best = weigh_by_both(searched, judged(0.001, gust=1.0)).best
+    assert best.name == "gust"
+    assert best.probability < THRESHOLDS.sure
+
+
+def test_where_no_cause_without_a_law_was_tried_the_fits_alone_count() -> None:
+    by_fits = {"gust": 0.9, NOTHING_MISSING: 0.1}
+    searched = round_of(*(explained(name, probability=p, fit=FIT) for name, p in by_fits.items()))
+    assert probabilities(weigh_by_both(searched, judged(0.001, gust=1.0))) == pytest.approx(by_fits)
 
 
 def test_a_name_is_sure_only_where_both_are() -> None:
