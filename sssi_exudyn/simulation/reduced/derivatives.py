@@ -140,19 +140,21 @@ def run_tangents(
     count = cores_used(None) * ceil(len(tabular) / (most * cores_used(None)))  # as many on each core
     count = min(count, ceil(len(tabular) / _LEAST))
     groups = [group for group in (tabular[i::count] for i in range(count)) if group] or [[]]
-    groups[-1] = groups[-1] + plain
+    groups[-1] = sorted(groups[-1] + plain)
     if carved:
         derivatives = CarvedLinearisation(model, prepared, begin).derivatives
     else:
         reduced_module()  # once, before threads ask for it
         derivatives = partial(_pass, model, prepared.correct_capture(model))
     passes = side_by_side(lambda group: derivatives([makers[i]() for i in group]), groups)
+    if len(groups) == 1:
+        return passes[0][0], ReducedRun(**passes[0][1])
     slopes: dict[str, Array] = {}
     for group, (_, derivatives_in_group) in zip(groups, passes, strict=True):
         for name, array in derivatives_in_group.items():
-            # those by one number are read together: each in one piece of memory
-            pieces = np.moveaxis(np.zeros((len(makers), *array.shape[:-1])), 0, -1)
-            slopes.setdefault(name, pieces)[..., group] = array
+            if name not in slopes:
+                slopes[name] = np.moveaxis(np.empty((len(makers), *array.shape[:-1])), 0, -1)
+            slopes[name][..., group] = array
     return passes[0][0], ReducedRun(**slopes)
 
 
@@ -300,9 +302,13 @@ def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[
     slopes = TangentSeries(*(np.zeros((*array.shape, many)) for array in series))
     done = kernel.run_tangents(parameters, contact, motion, start.state, inputs, series, slopes)
     run = reduced_run(at, series, done)
-    back = np.argsort(np.array(order, dtype=np.intp))
     slopes_by_field = run_slopes(at, ordered, slopes, table_slopes(at, ordered, "foot_rotation")[..., 0, :])
-    return run, {name: np.take(array, back, axis=-1) for name, array in slopes_by_field.items()}
+    by_field: dict[str, Array] = {}
+    for name, array in slopes_by_field.items():
+        pieces = np.empty((many, *array.shape[:-1]))  # those by one number are read together
+        pieces[order] = np.moveaxis(array, -1, 0)
+        by_field[name] = np.moveaxis(pieces, 0, -1)
+    return run, by_field
 
 
 def _start_tangents(

@@ -18,6 +18,7 @@ from sssi_exudyn.validation.diagnosis.search.missing_force import (
     along_course,
     carried_by_soles,
     course_of,
+    gain_of,
     latent_covariance,
 )
 
@@ -101,7 +102,8 @@ def geometry_of(
     prior = latent_covariance(edges, *thresholds.following_force, held=thresholds.cell)
     white = whiten_columns(linear, levels, by_body)
     weighed = whiten_columns(linear, levels, np.eye(len(by_body)))
-    following = np.linalg.solve(np.eye(len(prior)) + prior @ (white.T @ white), prior @ (white.T @ weighed))
+    gain, _ = gain_of(prior, white.T @ white, np.zeros(len(prior)))
+    following = gain @ (white.T @ weighed)
 
     def in_cells(values: Array) -> Array:
         return np.asarray(np.interp(middles, run.time, values))
