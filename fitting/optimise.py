@@ -197,7 +197,7 @@ def minimise_squares(
         _, after, there = at(values)
         step = values - before
         straight = -float(slope @ step + 0.5 * step @ squares @ step)
-        bent = gain < _STRAIGHT * straight and step @ squares @ step < _NEAR**2
+        bent = gain < _STRAIGHT * straight and float(step @ squares @ step) < _NEAR**2
         beyond = _learned(beyond, step, after - slope, there)
 
 
