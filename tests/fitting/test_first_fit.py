@@ -13,6 +13,7 @@ from coarse_skis import in_less_detail
 from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting import first_fit as fitting
+from sssi_exudyn.fitting import optimise
 from sssi_exudyn.fitting.first_fit import fit, problem_of
 from sssi_exudyn.fitting.objective import Problem, counts_of
 from sssi_exudyn.fitting.observations import Track, predict_fixes
@@ -221,6 +222,26 @@ def test_a_bent_valley_takes_few_evaluations_with_the_curvature_of_every_point()
     first = along_a_valley(start)[2]
     once = minimise(lambda x: along_a_valley(x)[:2], start, bounds, first, objective_tolerance=1e-8)
     assert optimum.evaluations < once.evaluations
+
+
+def with_much_left_over(x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """A sum of squares of which one stays large, so that its curvature at the optimum, 0, is 1 to 3.5 times as much as
+    that of Gauss and Newton.
+    """
+    bent = np.array([0.5, 0.25, 0.0])
+    residual = np.array([*x, 5.0 + 0.5 * bent @ x**2])
+    slopes = np.vstack([np.eye(3), bent * x])
+    return float(0.5 * residual @ residual), slopes.T @ residual, slopes.T @ slopes
+
+
+def test_where_much_is_left_over_a_search_learns_the_curvature(monkeypatch: pytest.MonkeyPatch) -> None:
+    bounds, start = np.tile([-9.0, 9.0], (3, 1)), np.array([0.6, -0.9, 0.7])
+    learned = minimise_squares(with_much_left_over, start, bounds, objective_tolerance=1e-6)
+    assert learned.converged
+    np.testing.assert_allclose(learned.values, 0.0, atol=2e-3)  # of a tolerance of 1e-6 in ½ x²
+    monkeypatch.setattr(optimise, "_BEYOND", 0.0)
+    not_learned = minimise_squares(with_much_left_over, start, bounds, objective_tolerance=1e-6)
+    assert learned.evaluations < not_learned.evaluations
 
 
 def test_a_search_by_squares_ends_at_a_bound() -> None:
