@@ -424,8 +424,13 @@ def overlaps(
     columns = usual_columns(candidates)
     together = whiten_columns(linear, levels, columns.reshape(len(columns), -1))
     cleared = known.remove_from(together)
-    gram = np.einsum("nci,ncj->cij", together.reshape(columns.shape), cleared.reshape(columns.shape))
+    gram = products_by_candidate(together.reshape(columns.shape), cleared.reshape(columns.shape))
     return gram, (together.T @ rest).reshape(*columns.shape[1:], -1)
+
+
+def products_by_candidate(left: Array, right: Array) -> Array:
+    """Return the inner products (c, w, w) of the columns (n, c, w) of each of c candidates."""
+    return np.asarray(np.matmul(np.transpose(left, (1, 2, 0)), np.transpose(right, (1, 0, 2))))
 
 
 def usual_columns(candidates: Sequence[Freedom]) -> Array:

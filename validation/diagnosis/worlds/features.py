@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import Information, Uncertain, usual_columns, whiten_columns
+from sssi_exudyn.fitting.evidence import Information, Uncertain, products_by_candidate, usual_columns, whiten_columns
 from sssi_exudyn.validation.diagnosis.search.form_error import share_modes
 from sssi_exudyn.validation.diagnosis.search.missing_force import DIRECTIONS, latent_covariance
 from sssi_exudyn.validation.diagnosis.thresholds import Thresholds
@@ -211,7 +211,7 @@ def _laws(geometry: Geometry, known: Uncertain, by_body: Array, sizes: tuple[flo
         shape, columns = usual.shape, usual.reshape(len(usual), -1)
         white = whiten_columns(geometry.linear, geometry.levels, columns)
         left = known.remove_from(white)
-        gram = np.einsum("nci,ncj->cij", white.reshape(shape), left.reshape(shape))
+        gram = products_by_candidate(white.reshape(shape), left.reshape(shape))
         law = _LawFamily(name, Information(gram), sizes, geometry.limits[name], *_factors(white))
         families.append(law)
         if geometry.kinds[name] == "physics":
@@ -253,7 +253,7 @@ def _bent(
         by_mode = (by_body @ (share * changes).reshape(by_body.shape[1], -1)).reshape(len(by_body), exact, -1)
         white = np.concatenate([columns[:, :, None], by_mode], axis=2).reshape(len(by_body), count, -1)
         left = known.remove_from(white.reshape(len(white), -1)).reshape(white.shape)
-        information = Information(np.einsum("nci,ncj->cij", white, left))
+        information = Information(products_by_candidate(white, left))
         families.append(
             _BentFamily(
                 f"{law.name} bent {share:g}",
