@@ -28,8 +28,6 @@ _REASONS = {
 
 _TRIED: Final = 6
 """Evaluations of a search before it gives up: most end within them, and what the first promise is far off."""
-
-
 _STRAIGHT: Final = 0.8
 """Share of what Gauss-Newton's form promises of a step with which that form is taken for the next."""
 _NEAR: Final = 3.0

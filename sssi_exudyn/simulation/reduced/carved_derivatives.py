@@ -21,6 +21,7 @@ from sssi_exudyn.simulation.reduced.derivative_inputs import (
     columns_of,
     listed_parameters,
     place_at_start,
+    put_back,
     rank,
     run_slopes,
     slope_of,
@@ -70,10 +71,9 @@ class CarvedLinearisation:
             system, done.heading, inputs, slopes, SoughtTangents.begin(z, zv), done.begin.copy_memory(), work, lines,
             room, (done.series, series),
         )  # fmt: skip
-        back = np.argsort(np.array(order, dtype=np.intp))
         through = series.angle if own else None
         slopes_by_field = run_slopes(done.at, ordered, series, series.forward, self._turning, through)
-        return self.run, {name: array[..., own + back] for name, array in slopes_by_field.items()}
+        return self.run, put_back({name: array[..., own:] for name, array in slopes_by_field.items()}, order)
 
     def _begin_tangents(
         self, ordered: Sequence[Direction], inputs: TangentInputs, rooms: tuple[CarvedWork, EdgeLines, CarvedRoom],

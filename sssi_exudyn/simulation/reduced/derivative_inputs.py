@@ -6,7 +6,7 @@ its change, and the result's imaginary part is the derivative, without the cance
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -254,6 +254,18 @@ def run_slopes(
         "snow_moment": tangents.moment,
         "heading": heading,
     }
+
+
+def put_back(slopes_by_field: Mapping[str, Array], order: Sequence[int]) -> dict[str, Array]:
+    """Return derivatives (…, d) of each field that are in this ``order`` (d,) of directions in that of the directions;
+    those by one number are read together, so each is in one piece of memory.
+    """
+    by_field: dict[str, Array] = {}
+    for name, array in slopes_by_field.items():
+        pieces = np.empty((len(order), *array.shape[:-1]))
+        pieces[order] = np.moveaxis(array, -1, 0)
+        by_field[name] = np.moveaxis(pieces, 0, -1)
+    return by_field
 
 
 def of_foot(inputs: TangentInputs, foot: int, row: int) -> Array:

@@ -54,6 +54,7 @@ from sssi_exudyn.simulation.reduced.derivative_inputs import (
     listed_parameters,
     of_foot,
     place_at_start,
+    put_back,
     rank,
     run_slopes,
     slope_of,
@@ -303,12 +304,7 @@ def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[
     done = kernel.run_tangents(parameters, contact, motion, start.state, inputs, series, slopes)
     run = reduced_run(at, series, done)
     slopes_by_field = run_slopes(at, ordered, slopes, table_slopes(at, ordered, "foot_rotation")[..., 0, :])
-    by_field: dict[str, Array] = {}
-    for name, array in slopes_by_field.items():
-        pieces = np.empty((many, *array.shape[:-1]))  # those by one number are read together
-        pieces[order] = np.moveaxis(array, -1, 0)
-        by_field[name] = np.moveaxis(pieces, 0, -1)
-    return run, by_field
+    return run, put_back(slopes_by_field, order)
 
 
 def _start_tangents(
