@@ -60,6 +60,15 @@ def log_divisors(time: Array, noise: ExponentialNoise, scale: Scale) -> float:
     return len(time) * float(np.log(base.sigma)) + float(volume)
 
 
+def noise_information(time: Array, noise: ExponentialNoise) -> Array:
+    """Return what readings that are such noise alone know of log σ and log T, (2, 2): the expected curvature of minus
+    their log density.  The correlation time T is above 0.
+    """
+    kept, slope, fresh = _steps(time, noise)
+    both = -2.0 * float(np.sum(kept * slope / fresh))
+    return np.array([[2.0 * len(time), both], [both, float(np.sum(slope**2 * (1.0 + kept**2) / fresh**2))]])
+
+
 def draw_uneven_noise(rng: np.random.Generator, time: Array, noise: ExponentialNoise, scale: Scale) -> Array:
     """Draw such noise, (n,); arguments as for ``log_divisors``."""
     drawn = draw_noise(rng, time, noise)

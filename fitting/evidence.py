@@ -21,19 +21,18 @@ from numpy.polynomial.hermite import hermgauss
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.linalg.lapack import dpotri
-from scipy.optimize import Bounds, minimize
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import Scale, uneven_covariance
-from sssi_exudyn.fitting.autocorrelated_noise import log_divisors, whiten, whiten_with_slope
+from sssi_exudyn.fitting.autocorrelated_noise import log_divisors, noise_information, whiten, whiten_with_slope
 from sssi_exudyn.fitting.noise import BLOCKS_OF, LevelPrior, NoiseLevels, UsualLevels, level_priors, log_prior
 from sssi_exudyn.fitting.observations import Measurements
+from sssi_exudyn.fitting.optimise import minimise
 
 _UNSEEN: Final = 0.02
 """Standard deviations of all noise together below which a direction of the posture's errors is left out."""
-_ROUNDS: Final = 40
-_TOLERANCE: Final = 1e-7
-"""Iterations and relative change of the log evidence that end a search of noise levels."""
+_TOLERANCE: Final = 1e-3
+"""Change of the log evidence that ends a search of noise levels."""
 _NODES: Final = (5, 3)
 """Of the integral over the noise of fixes, along the direction that a run shows least and across it."""
 _STENCIL: Final = np.array([0.1, 0.4])
@@ -159,6 +158,24 @@ class _Evidence:
             if prior.spread > 0.0 and name.partition(".")[0] in (*instruments, *sized)
         }
 
+    def information(self, levels: NoiseLevels, names: Sequence[str]) -> Array:
+        """Return roughly what measurements with that noise know of the logarithms of its numbers, (k, k) in the order
+        of ``names``: were it seen alone, and each amplitude alone in it.
+        """
+        numbers = list(levels.numbers)  # each noise has its σ and then its T
+        known = np.zeros((len(numbers), len(numbers)))
+        for instrument, blocks in BLOCKS_OF.items():
+            first = numbers.index(f"{instrument}.sigma")
+            for name in blocks:
+                if name in self.blocks:
+                    time = self.linear.measurements.time_of(name)
+                    known[first : first + 2, first : first + 2] += noise_information(time, levels.of(name))
+        for name, at in self.sized.items():
+            seen = np.sum(whiten_columns(self.linear, levels, self.columns[:, at] * levels.numbers[name]) ** 2, axis=0)
+            known[numbers.index(name), numbers.index(name)] = 2.0 * float(np.sum((seen / (1.0 + seen)) ** 2))
+        chosen = [numbers.index(name) for name in names]
+        return known[np.ix_(chosen, chosen)]
+
     def by_fixes(self, levels: NoiseLevels) -> Callable[[NoiseLevels], float]:
         """Return a function of levels that differ from these by the noise of the fixes' places alone: the log evidence
         there.
@@ -237,12 +254,11 @@ def best_levels(linear: LinearProblem, start: NoiseLevels, extra: Freedom | None
         by_name = np.array([slopes[name] for name in names])
         return -value - log_prior(usual, levels), (logs - middle) / spread**2 - by_name
 
-    bounds = Bounds(np.log([prior.low for prior in priors]), np.log([prior.high for prior in priors]))
-    begin = np.clip(np.log([start.numbers[name] for name in names]), bounds.lb, bounds.ub)
-    best = minimize(
-        minus, begin, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": _ROUNDS, "ftol": _TOLERANCE}
-    )
-    return levels_at(best.x), -float(best.fun)
+    bounds = np.log([[prior.low, prior.high] for prior in priors]).reshape(-1, 2)
+    begin = np.clip(np.log([start.numbers[name] for name in names]), *bounds.T)
+    curvature = evidence.information(levels_at(begin), names) + np.diag(spread**-2.0)
+    best = minimise(minus, begin, bounds, curvature, objective_tolerance=_TOLERANCE)
+    return levels_at(best.values), -best.objective
 
 
 def evidence_over_noise(linear: LinearProblem, levels: NoiseLevels, extra: Freedom | None = None) -> float:

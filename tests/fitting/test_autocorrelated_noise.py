@@ -9,6 +9,7 @@ from sssi_exudyn.core.noise import whiten as whiten_even
 from sssi_exudyn.fitting.autocorrelated_noise import (
     draw_uneven_noise,
     log_divisors,
+    noise_information,
     whiten,
     whiten_with_slope,
 )
@@ -105,3 +106,20 @@ def test_what_is_drawn_is_white_once_whitened() -> None:
     columns = np.stack([draw_uneven_noise(rng, time, NOISE, scale) for _ in range(20)], axis=1)
     # mean square of 8000 independent numbers: 1 to within √(2/8000) = 0.016, four times that
     assert np.mean(whiten(time, columns, NOISE, scale) ** 2) == pytest.approx(1.0, abs=0.064)
+
+
+def test_noise_is_known_as_its_dense_covariance_has_it() -> None:
+    time, _, _ = drawn()
+    even, step = np.ones(len(time)), 1e-5
+
+    def covariance(log_sigma: float, log_time: float) -> Array:
+        noise = ExponentialNoise(0.3 * np.exp(log_sigma), 2.0 * np.exp(log_time))
+        return uneven_covariance(time, noise, Scale(even, even))
+
+    changes = [
+        np.linalg.solve(covariance(0.0, 0.0), covariance(*at) - covariance(*-at)) / (2.0 * step)
+        for at in step * np.eye(2)
+    ]
+    # Fisher's information of a normal density, its covariance differentiated by central differences
+    expected = [[0.5 * np.trace(first @ second) for second in changes] for first in changes]
+    np.testing.assert_allclose(noise_information(time, NOISE), expected, rtol=1e-6)

@@ -51,8 +51,8 @@ ARM, NORMAL, CURVATURE, SLOPES, STATE, FORCE = 0, 3, 6, 9, 11, 14
 depth, rate and length of edge; and the force."""
 REACH, BENDING, RAISED = 12, 15, 18
 """Further columns of ``point_in_snow``'s derivatives, whose first twelve are those of the foot's motion."""
-DEPTH, PUSH, STEP = range(3)
-"""Rows of ``SkiWork.slopes``; the last is the first of two."""
+DEPTH, PUSH, TILT = range(3)
+"""Rows of ``SkiWork.slopes`` and ``SkiWork.on_patch``; the last is the first of two."""
 MODAL = 3
 """First row of the forces on the modes; the rows before are the snow's normal force on the pelvis."""
 FURTHER = 10
@@ -69,13 +69,11 @@ ONES = np.eye(PATCH)
 @njit(cache=True, error_model="numpy")
 def ski_work(points, modes, parameters):
     """Make room for ``linearise_ski``."""
-    size = MODES + 2 * modes
-    slopes = np.zeros((4, size))
-    slopes[STEP, PLACE], slopes[STEP + 1, PLACE + 1] = 1.0, 1.0
     return SkiWork(
-        np.zeros((points, 9)), np.zeros((points, 15)), np.zeros((points, 2, 21)), np.zeros((points, modes, 3)), slopes,
-        np.zeros((3, 8 + modes)), np.zeros((3, 7)), np.zeros((3, 2)), np.zeros((3, parameters)), np.zeros((7, 11)),
-        np.zeros((2, 7)), np.zeros((5, 14)), np.zeros((2, 6)),
+        np.zeros((points, 9)), np.zeros((points, 15)), np.zeros((points, 2, 21)), np.zeros((points, 3, modes)),
+        np.zeros((4, MODES + 2 * modes)), np.zeros((4, PATCH)), np.zeros((3, 7 + modes)), np.zeros((3, 7)),
+        np.zeros((3, 2)), np.zeros((3, parameters)), np.zeros((7, 11)), np.zeros((2, 7)), np.zeros((5, 14)),
+        np.zeros((2, 6)),
     )  # fmt: skip
 
 
@@ -93,14 +91,17 @@ def linearise_ski(parameters, contact, columns, t, foot, eta, rate, side, work, 
     matrix[:] = 0.0
     pose_points(parameters, contact, foot, eta, rate, work.posed)
     count, load, groove = touch(parameters, contact, foot, under, curved, work)
-    # each of them goes over all points: a call for every point would count the references to its arrays
-    add_motion(matrix, work, count)
-    if curved:
-        add_tilt(matrix, work, count)
-    if columns.point.shape[0] > 0:
-        add_laws(matrix, work, parameters, columns, count)
-    if patched or columns.terrain.shape[0] > 0:
-        add_ground(matrix, work, parameters, columns, at, patched, count)
+    for i in range(count):
+        fill_slopes(work, i)
+        fill_pulls(work, i)
+        add_motion(matrix, work, i)
+        add_turning(matrix, work, i)
+        if patched:
+            add_patch(matrix, work, i)
+        if columns.point.shape[0] > 0:
+            add_laws(matrix, work, parameters, columns, i)
+        if columns.terrain.shape[0] > 0:
+            add_terrain(matrix, work, parameters, columns, at, i)
     arm, velocity = risen_boot(contact, foot, eta, rate)
     boot = at, velocity, foot[2], foot[3]
     friction = linearise_foot(parameters, columns, t, boot, (load, groove, side), under, work, matrix)
@@ -148,170 +149,157 @@ def touch(parameters, contact, foot, under, curved, work):
         touching[count, SLOPES], touching[count, SLOPES + 1] = over[1], over[2]
         touching[count, STATE], touching[count, STATE + 1], touching[count, STATE + 2] = depth, sinking, length[m]
         touching[count, FORCE] = push
-        for k in range(reach.shape[1]):
+        for k in range(reach.shape[2]):
             w = out_of(frame, (shape[m, edge, 0, k], shape[m, edge, 1, k], shape[m, edge, 2, k]))
-            reach[count, k, 0], reach[count, k, 1], reach[count, k, 2] = w
+            reach[count, 0, k], reach[count, 1, k], reach[count, 2, k] = w
         count += 1
     return count, load, groove
 
 
-@njit(cache=True, error_model="numpy")
-def fill_pull(pull, push, normal, arm, reach, i):
-    """Fill a row ``pull`` (6 + k or longer) with what the force on the i-th point does to the pelvis, the modes and the
-    moment about the foot.
-
-    arm : from the foot;  reach : (…, k, 3) the modes' displacements there
-    """
-    force, moment = point_wrench(push, normal, arm)
-    modes = reach.shape[1]
-    for j in range(3):
-        pull[j], pull[MODAL + modes + MOMENT + j] = force[j], moment[j]
-    for k in range(modes):
-        pull[MODAL + k] = reach[i, k, 0] * force[0] + reach[i, k, 1] * force[1] + reach[i, k, 2] * force[2]
-
-
-@njit(cache=True, error_model="numpy")
-def add_products(matrix, pull, slopes, rows, last):
-    """Add ``pull`` (rows,) times ``slopes`` (last,) to the first rows and columns of a matrix."""
-    for row in range(rows):
-        factor = pull[row]
-        for column in range(last):
-            matrix[row, column] += factor * slopes[column]
-
-
 @inlined
-def add_motion(matrix, work, count):
-    """Add what the ski's motion changes of the points' forces, where the snow's normal stays."""
-    touching, point, reach, pull = work.touching, work.point, work.reach, work.pulls[0]
-    slopes, push_slopes = work.slopes, work.slopes[PUSH]
-    modes, fixed = reach.shape[1], slopes.shape[1]
-    further = MODAL + modes
-    pull[further + LOAD] = 1.0
-    for i in range(count):
-        fill_slopes(slopes, point, reach, i)
-        length = touching[i, STATE + 2]
-        for column in range(fixed):
-            matrix[further + GROOVE, column] += length * slopes[DEPTH, column]
-        arm, normal, push = three_of(touching, i, ARM), three_of(touching, i, NORMAL), touching[i, FORCE]
-        fill_pull(pull, 1.0, normal, arm, reach, i)
-        add_products(matrix, pull, push_slopes, further + LOAD + 1, fixed)
-        # the force as it is, on an arm and on modes that turn and bend
-        (force, _), (by_turn, by_reach) = point_wrench_derivatives(push, normal, arm)
-        for row in range(3):
-            for j in range(3):
-                matrix[further + MOMENT + row, TURN + j] += by_turn[1][row][j]
-        for k in range(modes):
-            w = (reach[i, k, 0], reach[i, k, 1], reach[i, k, 2])
-            _, by_mode = mode_force_derivatives(force, w)
-            for j in range(3):
-                matrix[further + MOMENT + j, MODES + k] += dot(by_reach[1][j], w)
-                matrix[MODAL + k, TURN + j] += by_mode[0][j]
-
-
-@njit(cache=True, error_model="numpy")
-def fill_slopes(slopes, point, reach, i):
-    """Fill the first two rows of ``slopes``: depth and force of the i-th point by the ski's columns."""
-    modes = reach.shape[1]
+def fill_slopes(work, i):
+    """Fill ``work.slopes``: depth and force of the i-th point, and the slopes of the snow under it, by the ski's
+    columns.
+    """
+    slopes, point, reach, touching = work.slopes, work.point, work.reach, work.touching
+    modes = reach.shape[2]
     for row in range(2):
         for column in range(MODES):
             slopes[row, column] = point[i, row, column]
         for k in range(modes):
-            a, b, c = reach[i, k, 0], reach[i, k, 1], reach[i, k, 2]
+            a, b, c = reach[i, 0, k], reach[i, 1, k], reach[i, 2, k]
             slopes[row, MODES + k] = (
                 a * point[i, row, REACH] + b * point[i, row, REACH + 1] + c * point[i, row, REACH + 2]
             )
             slopes[row, MODES + modes + k] = (
                 a * point[i, row, BENDING] + b * point[i, row, BENDING + 1] + c * point[i, row, BENDING + 2]
             )
+    _, (by_turn, _) = point_arm_derivatives(three_of(touching, i, ARM))
+    for e in range(2):
+        along, across = touching[i, CURVATURE + e], touching[i, CURVATURE + e + 1]
+        slopes[TILT + e, PLACE], slopes[TILT + e, PLACE + 1] = along, across
+        for j in range(3):
+            slopes[TILT + e, TURN + j] = along * by_turn[0][j] + across * by_turn[1][j]
+        for k in range(modes):
+            slopes[TILT + e, MODES + k] = along * reach[i, 0, k] + across * reach[i, 1, k]
 
 
 @inlined
-def add_tilt(matrix, work, count):
-    """Add what the tilt of the snow's normal changes where the ski moves points along curved snow."""
-    touching, slopes, reach = work.touching, work.slopes, work.reach
-    pull, step_f, step_l = work.pulls[1], work.slopes[STEP], work.slopes[STEP + 1]
-    modes = reach.shape[1]
-    for i in range(count):
-        arm, curvature, push = three_of(touching, i, ARM), three_of(touching, i, CURVATURE), touching[i, FORCE]
-        _, (by_turn, _) = point_arm_derivatives(arm)
-        _, (by_f, by_l) = snow_normal_derivatives(touching[i, SLOPES], touching[i, SLOPES + 1])
-        for e in range(2):
-            for j in range(3):
-                slopes[STEP + e, TURN + j] = by_turn[e][j]
-            for k in range(modes):
-                slopes[STEP + e, MODES + k] = reach[i, k, e]
-        fill_pull(pull, push, plus(times(curvature[0], by_f), times(curvature[1], by_l)), arm, reach, i)
-        add_products(matrix, pull, step_f, MODAL + modes + MOMENT + 3, MODES + modes)
-        fill_pull(pull, push, plus(times(curvature[1], by_f), times(curvature[2], by_l)), arm, reach, i)
-        add_products(matrix, pull, step_l, MODAL + modes + MOMENT + 3, MODES + modes)
-
-
-@inlined
-def add_laws(matrix, work, parameters, columns, count):
-    """Add what the parameters of the laws at points change of the forces."""
-    touching, reach, pull, by_parameter = work.touching, work.reach, work.pulls[0], work.by_parameter
-    fixed, rows = work.slopes.shape[1], MODAL + reach.shape[1] + LOAD + 1
-    pull[rows - 1] = 1.0
-    for i in range(count):
-        fill_pull(pull, 1.0, three_of(touching, i, NORMAL), three_of(touching, i, ARM), reach, i)
-        depth, sinking, length = three_of(touching, i, STATE)
-        point_linearisation(parameters, depth, sinking, length, work.by_state, by_parameter)
-        row_of_values = -1
-        for column in columns.point:
-            if columns.row[column] != row_of_values:
-                row_of_values = columns.row[column]
-                others = with_values(parameters, columns.values[row_of_values])
-                point_linearisation(others, depth, sinking, length, work.by_state, by_parameter)
-            slope = by_parameter[0, columns.index[column]]
-            for row in range(rows):
-                matrix[row, fixed + column] += pull[row] * slope
-
-
-@inlined
-def add_ground(matrix, work, parameters, columns, at, patched, count):
-    """Add what the parameters of the terrain and the numbers of the patch under the ski change of the forces."""
-    touching, pulls, by_parameter = work.touching, work.pulls, work.by_parameter
-    fixed, patch = work.slopes.shape[1], matrix.shape[1] - PATCH
-    for i in range(count):
-        fill_ground_pulls(pulls, touching, work.point, work.reach, i)
-        x, y = touching[i, ARM], touching[i, ARM + 1]
-        if columns.terrain.shape[0] > 0:
-            terrain_linearisation(parameters, at[0] + x, at[1] + y, work.by_state, by_parameter)
-        row_of_values = -1
-        for column in columns.terrain:
-            if columns.row[column] != row_of_values:
-                row_of_values = columns.row[column]
-                others = with_values(parameters, columns.values[row_of_values])
-                terrain_linearisation(others, at[0] + x, at[1] + y, work.by_state, by_parameter)
-            p = columns.index[column]
-            add_ground_change(
-                matrix, fixed + column, (by_parameter[0, p], by_parameter[1, p], by_parameter[2, p]), pulls
-            )
-        if patched:
-            for number in range(PATCH):
-                add_ground_change(matrix, patch + number, on_change(ONES[number], x, y), pulls)
-
-
-@njit(cache=True, error_model="numpy")
-def fill_ground_pulls(pulls, touching, point, reach, i):
-    """Fill ``pulls`` with what the i-th point's force, load and groove gain where the snow is a metre higher, and where
-    its slopes along f and l are one more.
+def fill_pulls(work, i):
+    """Fill ``work.pulls`` with what a newton on the i-th point, along the snow's normal, does to the pelvis, the modes,
+    the moment about the foot and the load, and with what the force there does as the snow's two slopes grow.
     """
-    further = MODAL + reach.shape[1]
-    normal, push, length = three_of(touching, i, NORMAL), touching[i, FORCE], touching[i, STATE + 2]
+    touching, reach, pulls = work.touching, work.reach, work.pulls
+    arm, normal, push = three_of(touching, i, ARM), three_of(touching, i, NORMAL), touching[i, FORCE]
     _, (by_f, by_l) = snow_normal_derivatives(touching[i, SLOPES], touching[i, SLOPES + 1])
-    for e in range(3):
-        gain = point[i, PUSH, RAISED + e]
-        tilt = plus(times(push * (e == 1), by_f), times(push * (e == 2), by_l))
-        fill_pull(pulls[e], 1.0, plus(times(gain, normal), tilt), three_of(touching, i, ARM), reach, i)
-        pulls[e, further + LOAD], pulls[e, further + GROOVE] = gain, length * point[i, DEPTH, RAISED + e]
+    modes = reach.shape[2]
+    for row, (size, direction) in enumerate(((1.0, normal), (push, by_f), (push, by_l))):
+        force, moment = point_wrench(size, direction, arm)
+        for j in range(3):
+            pulls[row, j], pulls[row, MODAL + modes + MOMENT + j] = force[j], moment[j]
+        for k in range(modes):
+            pulls[row, MODAL + k] = reach[i, 0, k] * force[0] + reach[i, 1, k] * force[1] + reach[i, 2, k] * force[2]
+    pulls[0, MODAL + modes + LOAD] = 1.0
 
 
-@njit(cache=True, error_model="numpy")
-def add_ground_change(matrix, column, change, pulls):
-    """Add to a ski's linearisation what a point feels of snow whose height and slopes ``change`` under it."""
+@inlined
+def add_motion(matrix, work, i):
+    """Add what the ski's motion changes of the force on the i-th point."""
+    slopes, pulls = work.slopes, work.pulls
+    groove, length = pulls.shape[1], work.touching[i, STATE + 2]
     for row in range(pulls.shape[1]):
-        matrix[row, column] += pulls[0, row] * change[0] + pulls[1, row] * change[1] + pulls[2, row] * change[2]
+        push, by_f, by_l = pulls[0, row], pulls[1, row], pulls[2, row]
+        for column in range(slopes.shape[1]):
+            matrix[row, column] += (
+                push * slopes[PUSH, column] + by_f * slopes[TILT, column] + by_l * slopes[TILT + 1, column]
+            )
+    for column in range(slopes.shape[1]):
+        matrix[groove, column] += length * slopes[DEPTH, column]
+
+
+@inlined
+def add_patch(matrix, work, i):
+    """Add what the numbers of the patch under the ski change of the force on the i-th point."""
+    touching, point, slopes, pulls = work.touching, work.point, work.on_patch, work.pulls
+    groove, length, first = pulls.shape[1], touching[i, STATE + 2], matrix.shape[1] - PATCH
+    for number in range(PATCH):
+        height, by_f, by_l = on_change(ONES[number], touching[i, ARM], touching[i, ARM + 1])
+        for row in range(2):
+            slopes[row, number] = (
+                height * point[i, row, RAISED] + by_f * point[i, row, RAISED + 1] + by_l * point[i, row, RAISED + 2]
+            )
+        slopes[TILT, number], slopes[TILT + 1, number] = by_f, by_l
+    for row in range(pulls.shape[1]):
+        push, by_f, by_l = pulls[0, row], pulls[1, row], pulls[2, row]
+        for number in range(PATCH):
+            matrix[row, first + number] += (
+                push * slopes[PUSH, number] + by_f * slopes[TILT, number] + by_l * slopes[TILT + 1, number]
+            )
+    for number in range(PATCH):
+        matrix[groove, first + number] += length * slopes[DEPTH, number]
+
+
+@inlined
+def add_turning(matrix, work, i):
+    """Add what the force on the i-th point, as it is, does on an arm and on modes that turn and bend."""
+    touching, reach = work.touching, work.reach
+    modes = reach.shape[2]
+    arm, normal = three_of(touching, i, ARM), three_of(touching, i, NORMAL)
+    (force, _), (by_turn, by_reach) = point_wrench_derivatives(touching[i, FORCE], normal, arm)
+    moment = MODAL + modes + MOMENT
+    for row in range(3):
+        for j in range(3):
+            matrix[moment + row, TURN + j] += by_turn[1][row][j]
+    for j in range(3):
+        a, b, c = by_reach[1][j]
+        for k in range(modes):
+            matrix[moment + j, MODES + k] += a * reach[i, 0, k] + b * reach[i, 1, k] + c * reach[i, 2, k]
+    for k in range(modes):
+        _, by_mode = mode_force_derivatives(force, (reach[i, 0, k], reach[i, 1, k], reach[i, 2, k]))
+        for j in range(3):
+            matrix[MODAL + k, TURN + j] += by_mode[0][j]
+
+
+@inlined
+def add_laws(matrix, work, parameters, columns, i):
+    """Add what the parameters of the laws at points change of the force on the i-th point."""
+    touching, pulls, by_parameter = work.touching, work.pulls, work.by_parameter
+    fixed = work.slopes.shape[1]
+    depth, sinking, length = three_of(touching, i, STATE)
+    point_linearisation(parameters, depth, sinking, length, work.by_state, by_parameter)
+    row_of_values = -1
+    for column in columns.point:
+        if columns.row[column] != row_of_values:
+            row_of_values = columns.row[column]
+            others = with_values(parameters, columns.values[row_of_values])
+            point_linearisation(others, depth, sinking, length, work.by_state, by_parameter)
+        slope = by_parameter[0, columns.index[column]]
+        for row in range(pulls.shape[1]):
+            matrix[row, fixed + column] += pulls[0, row] * slope
+
+
+@inlined
+def add_terrain(matrix, work, parameters, columns, at, i):
+    """Add what the parameters of the terrain change of the force on the i-th point."""
+    touching, point, pulls, by_parameter = work.touching, work.point, work.pulls, work.by_parameter
+    fixed, groove, length = work.slopes.shape[1], pulls.shape[1], touching[i, STATE + 2]
+    f, l = at[0] + touching[i, ARM], at[1] + touching[i, ARM + 1]
+    terrain_linearisation(parameters, f, l, work.by_state, by_parameter)
+    row_of_values = -1
+    for column in columns.terrain:
+        if columns.row[column] != row_of_values:
+            row_of_values = columns.row[column]
+            others = with_values(parameters, columns.values[row_of_values])
+            terrain_linearisation(others, f, l, work.by_state, by_parameter)
+        p = columns.index[column]
+        height, by_f, by_l = by_parameter[0, p], by_parameter[1, p], by_parameter[2, p]
+        push = height * point[i, PUSH, RAISED] + by_f * point[i, PUSH, RAISED + 1] + by_l * point[i, PUSH, RAISED + 2]
+        deeper = (
+            height * point[i, DEPTH, RAISED] + by_f * point[i, DEPTH, RAISED + 1] + by_l * point[i, DEPTH, RAISED + 2]
+        )
+        for row in range(pulls.shape[1]):
+            matrix[row, fixed + column] += push * pulls[0, row] + by_f * pulls[1, row] + by_l * pulls[2, row]
+        matrix[groove, fixed + column] += length * deeper
 
 
 @inlined
@@ -333,7 +321,7 @@ def linearise_foot(parameters, columns, t, foot, carried, under, work, matrix):
     foot_on_snow_linearisation(velocity, h_f, h_l, (load, forces[0], forces[1]), frame, work.foot_state)
     chain_foot(work)
     add_foot_motion(matrix, work)
-    first, fixed = MODAL + work.reach.shape[1] + FRICTION, work.slopes.shape[1]
+    first, fixed = MODAL + work.reach.shape[2] + FRICTION, work.slopes.shape[1]
     row_of_values = -1
     for i in range(columns.foot.shape[0]):
         column = columns.foot[i]
@@ -438,7 +426,7 @@ def chain_foot(work):
 @inlined
 def add_foot_motion(matrix, work):
     """Fill the foot's rows by ``work.foot`` in the columns of load and groove, motion, place and patch."""
-    further = MODAL + work.reach.shape[1]
+    further = MODAL + work.reach.shape[2]
     load, groove, ground = matrix[further + LOAD], matrix[further + GROOVE], work.by_ground
     patch = matrix.shape[1] - PATCH
     for row in range(5):

@@ -372,10 +372,11 @@ class SkiWork(NamedTuple):
     posed : (2m, 9) the points, as of ``pose_points``
     touching : (2m, 15) of each that is in the snow what ``ski_tangents`` names its columns by
     point : (2m, 2, 21) depth and force of each of these, by what ``point_in_snow`` is differentiated by
-    reach : (2m, k, 3) the modes' displacements there
-    slopes : (4, 12 + 2k) of one of them depth and force by the ski's columns, and how far these move it along f
-        and l
-    pulls : (3, 8 + k) what forces there do to the pelvis, the modes, the moment about the foot, load and groove
+    reach : (2m, 3, k) the modes' displacements there
+    slopes : (4, 12 + 2k) of one of them depth, force and the snow's two slopes by the ski's columns
+    on_patch : (4, 6) the same by the numbers of the patch under the ski
+    pulls : (3, 7 + k) what a newton on it, and what its force as these slopes grow, does to the pelvis, the modes, the
+        moment about the foot and the load
     by_state : (3, 7) of any law by its state;  by_ground : (3, 2) of height and slopes of the snow by the place
     by_parameter : (3, p) of all laws by the parameters, each in columns of its own
     foot_state, foot_law : (7, 11), (2, 7) of ``foot_on_snow`` and of the foot's laws
@@ -388,6 +389,7 @@ class SkiWork(NamedTuple):
     point: Array
     reach: Array
     slopes: Array
+    on_patch: Array
     pulls: Array
     by_state: Array
     by_ground: Array
