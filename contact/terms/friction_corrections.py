@@ -20,6 +20,8 @@ SMALL: Final = 1e-3
 """m/s; keeps the speed's root smooth at rest."""
 _FLATTEST: Final = 0.3
 """Cosine of the edge angle beyond which edges turn no further."""
+_SHALLOWEST: Final = 1e-6
+"""Of the groove at which a resistance is stated; keeps the derivative by its power finite."""
 _CHOICE: Final = "chosen: several times what is published"
 
 
@@ -213,7 +215,10 @@ class UnexplainedDrag(FootTerm):
 class SnowCompaction(FootTerm):
     """Resistance of snow that is pressed down ahead of the ski, as deep as the ski sinks.
 
-    Formula: f_t = −c·groove·sign(v_t),   groove = Σ δ·length
+    Formula: f_t = −c·groove·(groove/groove_ref)^(power − 1)·sign(v_t),   groove = Σ δ·length
+
+    A metre of the path takes the work that presses the groove down, ∫ p dδ: snow whose pressure p is its strength at
+    any depth has power 1, and snow whose pressure grows with the depth has 2.
     """
 
     name: ClassVar[str] = "snow_compaction"
@@ -222,9 +227,22 @@ class SnowCompaction(FootTerm):
     )
 
     c: float = quantity(0.0, "N/m^2", low=0.0, high=2e5, source=_CHOICE, meaning="resistance to a groove's area")
+    power: float = quantity(
+        1.0, "1", low=1.0, high=3.0, source="the work of pressing snow down, above", meaning="of the groove's area"
+    )
+    groove_ref: float = quantity(
+        0.02,
+        "m^2",
+        low=1e-3,
+        high=1.0,
+        source="chosen: a ski that sinks in a centimetre",
+        meaning="groove at which c holds",
+    )
 
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
-        return -self.c * state.groove * _touches(math, state) * math.saturate(state.v_t, _SMOOTHING), 0.0
+        deeper = math.power(math.maximum(state.groove / self.groove_ref, _SHALLOWEST), self.power - 1.0)
+        pull = self.c * state.groove * deeper * _touches(math, state)
+        return -pull * math.saturate(state.v_t, _SMOOTHING), 0.0
 
 
 @dataclass(frozen=True)
