@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import wraps
@@ -22,8 +23,10 @@ def use_one_thread_for_products() -> None:
     """Have products of matrices take one thread each, unless the environment says otherwise.
 
     The program's own threads use the cores.  More for each product waited for each other: a fit took half as much
-    computing again.  It has no effect after NumPy is imported.
+    computing again.  After NumPy is imported its library has read them, and ``with_one_thread_for_products`` does it.
     """
+    if "numpy" in sys.modules:
+        return
     for name in LINEAR_ALGEBRA:
         os.environ.setdefault(name, "1")
 

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import threading
 
+import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
@@ -21,6 +22,10 @@ from sssi_exudyn.runtime.threads import (
 def test_products_take_one_thread_unless_the_environment_says_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
     stated, *others = LINEAR_ALGEBRA
     monkeypatch.setattr(os, "environ", {stated: "3"})
+    monkeypatch.setitem(sys.modules, "numpy", np)
+    use_one_thread_for_products()
+    assert os.environ == {stated: "3"}  # in a session that has NumPy it would come too late
+    monkeypatch.delitem(sys.modules, "numpy")
     use_one_thread_for_products()
     assert os.environ == {stated: "3"} | dict.fromkeys(others, "1")
 

@@ -32,7 +32,7 @@ REGISTERED = (
     AirDrag(),
     Gust(w_f=-4.0, w_l=2.0, t0=-1.0, t1=1.0),
     SnowPatch(delta_mu_t=0.05, f0=-5.0, f1=5.0, delta_mu_n=-0.1),
-    SnowCompaction(c=2e4),
+    SnowCompaction(c=2e4, power=1.5),
     SlopeChange(delta=0.05, f0=0.1, width=2.0),
     TerrainBump(rise=-0.05, f0=-0.2, width=1.0),
     PolePlant(forward=20.0, up=10.0, t=0.25),

@@ -20,6 +20,7 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model, add_part
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
+from sssi_exudyn.validation.benchmark.concealed_terms import WorldCompaction
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import (
     BY_NAME,
     HYPOTHESES,
@@ -134,6 +135,24 @@ def test_faults_of_instruments_that_a_recording_lacks_are_not_weighed(fitted: Fi
             hypothesis = BY_NAME[name]
             responses = responses_of(hypothesis.probes(run), run.prepared, run.measurements)
             assert len(hypothesis.candidates(run, responses)) == count
+
+
+def test_snow_resists_by_any_power_of_the_groove(fitted: FittedRun) -> None:
+    """A resistance whose power is between one strength at any depth and one that grows with depth has its candidate."""
+    compaction, measurements = BY_NAME["snow_compaction"], fitted.measurements
+    hidden = responses_of(probes_by(fitted.model, WorldCompaction(), ["c"]), fitted.prepared, measurements)[:, 0]
+    columns = responses_of(compaction.probes(fitted), fitted.prepared, measurements)
+    left = []
+    for candidate in compaction.candidates(fitted, columns):
+        column = candidate.free.columns[:, 0]
+        unlike = hidden - column * (column @ hidden) / (column @ column)
+        left.append(float(np.sqrt(np.sum(unlike**2) / np.sum(hidden**2))))
+        (power,) = candidate.places
+        assert candidate.model.value(power) in (1.0, 1.5, 2.0)
+    first, middle, last = left
+    # the hidden law has the power 1.5, is smoothed over 0.1 m/s and has no switch at a newton
+    assert middle < 1e-3
+    assert min(first, last) > 10.0 * middle
 
 
 def test_a_wind_that_swells_is_a_wind(fitted: FittedRun) -> None:
