@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -19,6 +20,7 @@ from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors, grow
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.runtime.threads import both
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
 from sssi_exudyn.simulation.heading import Turn, turned
 from sssi_exudyn.simulation.reduced.derivatives import TableChange, skier_mass_change
@@ -204,12 +206,14 @@ def linearise(setting: Setting, point: Point) -> Responses:
     heavier = skier_mass_change(model, setting.motion, prepared)
     changes = [posture.change(error) for error in setting.errors]
     changes.append(TableChange(lambda tables, size: heavier.apply(tables, size * setting.mass[1])))
-    columns = responses_to_numbers(setting, point, setting.unknowns, changes)
+    observed, size = _observation(setting, point), len(seen.measured)
+    columns, by_drag = both(  # on a core each
+        partial(responses_to_numbers, setting, point, setting.unknowns, changes),
+        partial(responses_to_changing_drag, model, prepared, observed, setting.changing_drag, size),
+    )
     by_number, by_error = np.split(columns, [len(setting.unknowns)], axis=1)
     by_error[seen.moments, :-1] += _own_moments(setting, model, posture, point)
     by_error[seen.moments, -1] = 0.0
-    observed = _observation(setting, point)
-    by_drag = responses_to_changing_drag(model, prepared, observed, setting.changing_drag, len(by_error))
     return Responses(by_number, by_error, by_drag, posture)
 
 

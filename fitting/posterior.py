@@ -221,7 +221,7 @@ def find_posterior(
         estimated = _share_done(rounds, moved, _ROUGHLY if comparing else _SETTLED, judged=full is not None)
         share = max(share, estimated)  # a round may move more than the one before
         say(share, f"round {rounds}: moved by {moved:.2f} standard deviations, {_description(point.model)}")
-        bend, roughly = _bend(point, linearised), comparing and kept and left < _CLOSE
+        bend, roughly = _bend(point, linearised), comparing and left < _CLOSE
         judge = full if moved < _STRAIGHT or rounds == ROUNDS - 1 else None
         goes_on = comparing and left > _CLOSE and gained > _WORTH
         if rounds == ROUNDS or (judge is None and not goes_on and _ends(moved, bend, roughly=roughly)):
