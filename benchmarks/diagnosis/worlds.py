@@ -344,6 +344,7 @@ def _by_both(tempered: Named, by_worlds: Named) -> Named:
         of_fits[:, names.index(NOT_IN_THE_LIST if unknown else name)] += column
     laws = np.array([name not in {NOTHING_MISSING, NOT_IN_THE_LIST} for name in names])
     share = np.where(laws, of_fits, 0.0)
+    share[share.sum(axis=1) == 0.0] = laws  # where the fits have none of them, all alike
     share /= share.sum(axis=1, keepdims=True)
     for name, column in zip(by_worlds[0], by_worlds[1].T, strict=True):
         of_worlds += share * column[:, None] if name == TWO_AT_ONCE else 0.0
