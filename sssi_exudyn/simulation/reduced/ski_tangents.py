@@ -94,10 +94,11 @@ def linearise_ski(parameters, contact, columns, t, foot, eta, rate, side, work, 
     for i in range(count):
         fill_slopes(work, i)
         fill_pulls(work, i)
-        add_motion(matrix, work, i)
+        add_columns(matrix, work.slopes, 0, work, i)
         add_turning(matrix, work, i)
         if patched:
-            add_patch(matrix, work, i)
+            fill_patch(work, i)
+            add_columns(matrix, work.on_patch, matrix.shape[1] - PATCH, work, i)
         if columns.point.shape[0] > 0:
             add_laws(matrix, work, parameters, columns, i)
         if columns.terrain.shape[0] > 0:
@@ -203,25 +204,24 @@ def fill_pulls(work, i):
 
 
 @inlined
-def add_motion(matrix, work, i):
-    """Add what the ski's motion changes of the force on the i-th point."""
-    slopes, pulls = work.slopes, work.pulls
+def add_columns(matrix, slopes, first, work, i):
+    """Add what changes of the force on the i-th point to the columns from ``first`` on, by their ``slopes`` (4, c)."""
+    pulls = work.pulls
     groove, length = pulls.shape[1], work.touching[i, STATE + 2]
     for row in range(pulls.shape[1]):
         push, by_f, by_l = pulls[0, row], pulls[1, row], pulls[2, row]
         for column in range(slopes.shape[1]):
-            matrix[row, column] += (
+            matrix[row, first + column] += (
                 push * slopes[PUSH, column] + by_f * slopes[TILT, column] + by_l * slopes[TILT + 1, column]
             )
     for column in range(slopes.shape[1]):
-        matrix[groove, column] += length * slopes[DEPTH, column]
+        matrix[groove, first + column] += length * slopes[DEPTH, column]
 
 
 @inlined
-def add_patch(matrix, work, i):
-    """Add what the numbers of the patch under the ski change of the force on the i-th point."""
-    touching, point, slopes, pulls = work.touching, work.point, work.on_patch, work.pulls
-    groove, length, first = pulls.shape[1], touching[i, STATE + 2], matrix.shape[1] - PATCH
+def fill_patch(work, i):
+    """Fill ``work.on_patch``: the same as ``fill_slopes`` by the numbers of the patch under the ski."""
+    touching, point, slopes = work.touching, work.point, work.on_patch
     for number in range(PATCH):
         height, by_f, by_l = on_change(ONES[number], touching[i, ARM], touching[i, ARM + 1])
         for row in range(2):
@@ -229,14 +229,6 @@ def add_patch(matrix, work, i):
                 height * point[i, row, RAISED] + by_f * point[i, row, RAISED + 1] + by_l * point[i, row, RAISED + 2]
             )
         slopes[TILT, number], slopes[TILT + 1, number] = by_f, by_l
-    for row in range(pulls.shape[1]):
-        push, by_f, by_l = pulls[0, row], pulls[1, row], pulls[2, row]
-        for number in range(PATCH):
-            matrix[row, first + number] += (
-                push * slopes[PUSH, number] + by_f * slopes[TILT, number] + by_l * slopes[TILT + 1, number]
-            )
-    for number in range(PATCH):
-        matrix[groove, first + number] += length * slopes[DEPTH, number]
 
 
 @inlined
