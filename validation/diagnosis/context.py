@@ -40,6 +40,7 @@ from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.runtime.cache import Cache, fingerprint
+from sssi_exudyn.runtime.threads import both
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.reduced.derivatives import skier_mass_change
 from sssi_exudyn.simulation.reduced.prepared import COARSE_STEP, Prepared, prepare
@@ -226,19 +227,25 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, sought: 
     errors = PostureErrors(Parts(model, correct_posture(problem.motion, model.posture)), prepared, every)
     changes = [*(errors.change(error) for error in every), skier_mass_change(model, problem.motion, prepared)]
     problem.progress(None, f"{len(every)} possible errors of the posture, {len(waves)} of the snow surface")
-    columns = sensitivities(model, prepared, [*numbers, *waves], measurements.predict, changes)[1]
-    by_number, by_wave, by_error, by_mass = np.split(columns, np.cumsum([len(numbers), len(waves), len(every)]), axis=1)
-    by_number[:, len(numbers) - len(laws) :] *= [unknown.slope(model) for unknown in laws]
     instruments = antenna_numbers(about) | insole_numbers(about)
     parts = {kind.name: kind() for kind in SENSORS}
     probes = [probe for name in instruments for probe in probes_by(model, parts[name.owner], [name.key])]
-    by_instrument = responses_of(probes, prepared, measurements)
+
+    def responses_to_parts() -> tuple[Array, Array, Array]:
+        """Return those to instruments, to a changing drag area and to the force that every explanation has."""
+        by_drag = responses_to_changing_drag(model, prepared, measurements.predict, about.drag_area_wander, size)
+        return responses_of(probes, prepared, measurements), by_drag, _null_force(fitted)
+
+    columns, (by_instrument, by_drag, force) = both(  # on a core each
+        lambda: sensitivities(model, prepared, [*numbers, *waves], measurements.predict, changes)[1],
+        responses_to_parts,
+    )
+    by_number, by_wave, by_error, by_mass = np.split(columns, np.cumsum([len(numbers), len(waves), len(every)]), axis=1)
+    by_number[:, len(numbers) - len(laws) :] *= [unknown.slope(model) for unknown in laws]
     cuff = by_instrument[:, list(instruments).index(NumberRef.of(BootCuff.name, "share"))]
-    by_drag = responses_to_changing_drag(model, prepared, measurements.predict, about.drag_area_wander, size)
     usual_cuff = 0.0 if any(isinstance(sensor, BootCuff) for sensor in stated.sensors) else USUAL_CUFF
     scales = [HEIGHT_ORIGIN, *numbers.values(), about.mass, *instruments.values()]
     scales += [1.0] * by_drag.shape[1]
-    force = _null_force(fitted)
     free = Freedom(np.column_stack([height, by_number, by_mass, by_instrument, by_drag]), np.array(scales))
     mean = usual_cuff * cuff - by_number @ moved - by_error @ sizes[:-1] - about.mass * sizes[-1] * by_mass[:, 0]
     return Nuisances(free, fewer_columns(measurements, by_error), by_wave, force, np.asarray(mean))
