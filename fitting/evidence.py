@@ -242,6 +242,8 @@ def best_levels(linear: LinearProblem, start: NoiseLevels, extra: Freedom | None
     evidence = _Evidence(linear, extra)
     sought, usual = evidence.sought(), linear.measurements.usual
     names = list(sought)
+    if not names:
+        return start, evidence.at(start)[0] + log_prior(usual, start)
     priors = list(sought.values())
     middle, spread = np.log([prior.usual for prior in priors]), np.array([prior.spread for prior in priors])
 

@@ -113,6 +113,16 @@ def test_noise_levels_are_found() -> None:
     assert levels.load.sigma == pytest.approx(LEVELS.load.sigma, rel=0.15)
 
 
+def test_levels_of_which_all_is_given_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = linear_model()
+    priors = level_priors(given.measurements.usual)
+    held = {name: replace(prior, spread=0.0) for name, prior in priors.items()}
+    monkeypatch.setattr("sssi_exudyn.fitting.evidence.level_priors", lambda usual: held)
+    levels, evidence = best_levels(given, LEVELS)
+    assert levels == LEVELS
+    assert evidence == pytest.approx(log_evidence(given, LEVELS) + log_prior(given.measurements.usual, LEVELS))
+
+
 @pytest.mark.long(seconds=3)
 def test_evidence_over_the_noise_of_fixes_is_that_of_a_fine_grid() -> None:
     given = linear_model()
