@@ -88,8 +88,9 @@ SHAPES: Final = 150
 NOISIER: Final = 1.3
 """Variance of the worlds' noise on average over that of the levels which the evidence is computed with."""
 SMALL: Final = 1e-4
-"""Share of an effect by which its linear response is measured: a hundredth of a compaction moves the track by 0.6 m.  Half
-of it is measured, too, and takes the second order away: on a hill that was 43 standard errors of a compaction of 14.
+"""Share of an effect by which its linear response is measured: a hundredth of a compaction moves the track by 0.6 m.
+Half of it is measured, too, and takes the second order away: on a hill that was 43 standard errors of a compaction
+of 14.
 """
 LISTED: Final = (*PHYSICS, *SENSOR)
 COUSINS: Final = {
