@@ -69,7 +69,7 @@ from sssi_exudyn.validation.diagnosis.state import (
     remove,
 )
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
-from sssi_exudyn.validation.diagnosis.wording.description import verdict_of
+from sssi_exudyn.validation.diagnosis.wording.description import most_gain_first, verdict_of
 
 ROOT = Path(__file__).parents[3]
 SCHEMA = ROOT / "validation" / "diagnosis" / "diagnosis.schema.json"
@@ -281,6 +281,19 @@ def test_the_first_finding_is_compared_again_next_to_the_others(monkeypatch: pyt
     assert superfluous.compare_again(accepted) == []
     twice = [accepted[0], accepted[0], accepted[1]]
     assert Scripted(monkeypatch).compare_again(twice) == twice
+
+
+def test_what_explains_most_is_read_first() -> None:
+    nothing = SimpleNamespace(log_evidence=30.0)
+    findings = [
+        Accepted(cast(Any, SimpleNamespace(nothing=nothing)), refitted(name, gain, fit=name), *cast(Any, (None, None)))
+        for name, gain in (("unexplained_force", 45.0), ("snow_compaction", 110.0), ("gust", 40.0))
+    ]
+    evidence: list[Any] = ["of a force", "of compaction", "of a gust"]
+    read = most_gain_first(findings, evidence)
+    assert [(finding.explanation.name, its) for finding, its in read] == [
+        ("snow_compaction", "of compaction"), ("unexplained_force", "of a force"), ("gust", "of a gust"),
+    ]  # fmt: skip
 
 
 @pytest.mark.long

@@ -26,6 +26,11 @@ class Accepted:
     fit: Refit
     linear: LinearModel
 
+    @property
+    def gain(self) -> float:
+        """Log evidence that it gains next to nothing in its round."""
+        return self.explanation.log_evidence - self.searched.nothing.log_evidence
+
 
 @dataclass(frozen=True)
 class Figures:

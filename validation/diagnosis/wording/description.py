@@ -120,7 +120,7 @@ def describe(
     evidence = _evidence_of_each(accepted, lines, figures, state.levels, folds)
     findings = [
         _finding(finding.searched, finding.explanation, after_model, rounds[-1].fitted, missing, its)
-        for finding, its in zip(accepted, evidence, strict=True)
+        for finding, its in most_gain_first(accepted, evidence)
     ]
     near = adequacy(residuals[-1], measurements, thresholds)
     likeness = _likeness(rounds[-1], accepted)
@@ -281,6 +281,13 @@ def _finding(
         evidence=evidence,
         caption=hypothesis.caption,
     )
+
+
+def most_gain_first(accepted: Sequence[Accepted], evidence: Sequence[Evidence]) -> list[tuple[Accepted, Evidence]]:
+    """Return findings with the evidence of each, in the order in which they are read: those that were compared again
+    come in any.
+    """
+    return sorted(zip(accepted, evidence, strict=True), key=lambda pair: pair[0].gain, reverse=True)
 
 
 def _evidence_of_each(
