@@ -223,12 +223,10 @@ def fill_patch(work, i):
     """Fill ``work.on_patch``: the same as ``fill_slopes`` by the numbers of the patch under the ski."""
     touching, point, slopes = work.touching, work.point, work.on_patch
     for number in range(PATCH):
-        height, by_f, by_l = on_change(ONES[number], touching[i, ARM], touching[i, ARM + 1])
+        change = on_change(ONES[number], touching[i, ARM], touching[i, ARM + 1])
         for row in range(2):
-            slopes[row, number] = (
-                height * point[i, row, RAISED] + by_f * point[i, row, RAISED + 1] + by_l * point[i, row, RAISED + 2]
-            )
-        slopes[TILT, number], slopes[TILT + 1, number] = by_f, by_l
+            slopes[row, number] = dot(change, three_of(point[i], row, RAISED))
+        slopes[TILT, number], slopes[TILT + 1, number] = change[1], change[2]
 
 
 @inlined
@@ -284,14 +282,11 @@ def add_terrain(matrix, work, parameters, columns, at, i):
             others = with_values(parameters, columns.values[row_of_values])
             terrain_linearisation(others, f, l, work.by_state, by_parameter)
         p = columns.index[column]
-        height, by_f, by_l = by_parameter[0, p], by_parameter[1, p], by_parameter[2, p]
-        push = height * point[i, PUSH, RAISED] + by_f * point[i, PUSH, RAISED + 1] + by_l * point[i, PUSH, RAISED + 2]
-        deeper = (
-            height * point[i, DEPTH, RAISED] + by_f * point[i, DEPTH, RAISED + 1] + by_l * point[i, DEPTH, RAISED + 2]
-        )
+        change = by_parameter[0, p], by_parameter[1, p], by_parameter[2, p]
+        push = dot(change, three_of(point[i], PUSH, RAISED))
         for row in range(pulls.shape[1]):
-            matrix[row, fixed + column] += push * pulls[0, row] + by_f * pulls[1, row] + by_l * pulls[2, row]
-        matrix[groove, fixed + column] += length * deeper
+            matrix[row, fixed + column] += push * pulls[0, row] + change[1] * pulls[1, row] + change[2] * pulls[2, row]
+        matrix[groove, fixed + column] += length * dot(change, three_of(point[i], DEPTH, RAISED))
 
 
 @inlined
