@@ -256,7 +256,7 @@ def best_levels(linear: LinearProblem, start: NoiseLevels, extra: Freedom | None
         by_name = np.array([slopes[name] for name in names])
         return -value - log_prior(usual, levels), (logs - middle) / spread**2 - by_name
 
-    bounds = np.log([[prior.low, prior.high] for prior in priors]).reshape(-1, 2)
+    bounds = np.log([[prior.low, prior.high] for prior in priors])
     begin = np.clip(np.log([start.numbers[name] for name in names]), *bounds.T)
     curvature = evidence.information(levels_at(begin), names) + np.diag(spread**-2.0)
     best = minimise(minus, begin, bounds, curvature, objective_tolerance=_TOLERANCE)
